@@ -1,0 +1,35 @@
+# Two commands do it all: `make demo` and `make test`. Each sets up .venv on first use.
+PYTHON ?= python3
+VENV ?= .venv
+BIN = $(VENV)/bin
+export ROS_AUTOMATIC_DISCOVERY_RANGE = LOCALHOST
+export ROS_PYTHON_CHECK_FIELDS = 1
+
+.PHONY: help demo test lint lock clean
+help:  ## show the targets
+	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 12
+
+$(VENV)/.ready: requirements.lock setup.py setup.cfg
+	@echo "== setting up $(VENV) from requirements.lock (ROS 2 Jazzy as wheels; a minute or two, once)"
+	@$(PYTHON) -c 'import sys; v = sys.version_info; sys.exit(0 if (3, 10) <= v < (3, 14) else \
+	  f"Python {v.major}.{v.minor} given; the ROS 2 wheels need 3.10 to 3.13: make PYTHON=python3.12")'
+	@$(PYTHON) -m venv $(VENV)
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --use-pep517 -e .
+	@touch $@ && echo "== ready"
+
+demo: $(VENV)/.ready  ## simulate, identify live, record to MCAP, replay, compare
+	@$(BIN)/ssi_ros demo
+
+test: $(VENV)/.ready  ## all tests
+	@$(BIN)/python -m pytest test
+
+lint: $(VENV)/.ready  ## style only
+	@$(BIN)/python -m pytest -q test/test_style.py test/test_architecture.py
+
+lock:  ## compile requirements.lock anew (needs uv); names, versions and hashes only
+	uv pip compile --quiet --no-config --universal --python-version 3.10 --no-emit-index-url \
+	  --no-header --no-annotate --generate-hashes requirements.in -o requirements.lock
+
+clean:  ## remove what the targets made
+	rm -rf $(VENV) build install log demo .pytest_cache *.egg-info

@@ -1,0 +1,34 @@
+"""Build the ssi_ros package: for colcon on a ROS 2 machine, for pip elsewhere."""
+from glob import glob
+
+from setuptools import find_packages, setup
+
+package_name = 'ssi_ros'
+nodes = ('simulator', 'identifier', 'recorder', 'player')
+
+setup(
+    name=package_name,
+    version='0.1.0',
+    packages=find_packages(include=[package_name, package_name + '.*']),
+    data_files=[
+        ('share/ament_index/resource_index/packages', ['resource/' + package_name]),
+        ('share/' + package_name, ['package.xml']),
+        ('share/' + package_name + '/config', glob('config/*.yaml')),
+        ('share/' + package_name + '/launch', glob('launch/*.launch.py')),
+    ],
+    python_requires='>=3.10',
+    install_requires=['numpy', 'scipy', 'numba', 'mcap', 'zstandard', 'pyyaml',
+                      'threadpoolctl', 'tqdm', 'matplotlib', 'plotly'],
+    extras_require={'test': ['pytest', 'rosbags', 'mcap-ros2-support']},
+    zip_safe=False,
+    maintainer='ssi_ros maintainers',
+    maintainer_email='maintainers@users.noreply.h-seed-61da63cb.example',
+    description='Modal identification of flexible spacecraft by SSI-COV, live on ROS 2.',
+    license='Apache-2.0',
+    entry_points={
+        'console_scripts': [
+            'ssi_ros = ssi_ros.cli.main:main',
+            *[f'{node}_node = ssi_ros.ros.{node}_node:main' for node in nodes],
+        ],
+    },
+)

@@ -1,0 +1,56 @@
+"""
+Find the verbs, parse the words, run the verb.
+
+A verb is one file beside this one with HELP (a line), EXAMPLE (a command that works),
+`add_arguments(parser)` and `run(args) -> exit code`. Heavy imports belong inside `run`, so that
+`--help` answers at once.
+"""
+import argparse
+import importlib
+import os
+import pkgutil
+import sys
+
+from ssi_ros import __version__, cli
+
+
+def verbs():
+    """Return the verb modules by name, in alphabetical order."""
+    names = sorted(m.name for m in pkgutil.iter_modules(cli.__path__))
+    modules = {n.rstrip('_'): importlib.import_module(f'ssi_ros.cli.{n}')
+               for n in names if n != 'main' and not n.startswith('_')}
+    return modules
+
+
+def parser():
+    """Return the parser of the whole command line."""
+    top = argparse.ArgumentParser(
+        prog='ssi_ros', description='Watch a flexible spacecraft on orbit: simulate, identify, '
+        'log to MCAP, replay, diagnose.',
+        epilog='ssi_ros VERB --help shows the options of a verb, with an example.')
+    top.add_argument('--version', action='version', version=f'ssi_ros {__version__}')
+    sub = top.add_subparsers(dest='verb', metavar='VERB', required=True)
+    for name, module in verbs().items():
+        verb = sub.add_parser(
+            name, help=module.HELP, description=module.__doc__,
+            epilog=f'example:\n  {module.EXAMPLE}',
+            formatter_class=argparse.RawDescriptionHelpFormatter)
+        module.add_arguments(verb)
+        verb.set_defaults(run=module.run)
+    return top
+
+
+def main(argv=None):
+    """Run one verb; return its exit code: 0 done, 1 a negative answer, 2 it cannot be done."""
+    args = parser().parse_args(argv)
+    try:
+        return args.run(args) or 0
+    except (ValueError, OSError) as error:
+        print(f'ssi_ros {args.verb}: {error}', file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print(f'ssi_ros {args.verb}: stopped', file=sys.stderr)
+        return 130
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0

@@ -1,0 +1,1 @@
+"""SSI-COV on sliding windows: from accelerations to tracked modes."""

@@ -1,0 +1,1 @@
+"""Spacecraft, excitation and sensors: from numbers to accelerations."""

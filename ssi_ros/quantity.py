@@ -1,0 +1,134 @@
+"""
+A number declared once: default, unit, range and meaning.
+
+The one declaration serves the range check, the YAML loader, the ROS parameter descriptor, the
+fit bounds and the tables of the documentation.
+"""
+from dataclasses import field, fields, is_dataclass, MISSING
+import difflib
+import math
+
+
+def quantity(default, *, unit='1', low=-math.inf, high=math.inf, doc='', live=True):
+    """
+    Declare one quantity of a record.
+
+    Parameters
+    ----------
+    default : float, int, bool, str or tuple
+        Value when none is given.
+    unit : str
+        SI unit, '1' for a pure number.
+    low, high : float
+        Closed range allowed.
+    doc : str
+        One line that says what the quantity is.
+    live : bool
+        Whether a running node accepts a change.
+
+    Returns
+    -------
+    dataclasses.Field
+
+    """
+    return field(default=default, metadata={
+        'unit': unit, 'low': low, 'high': high, 'doc': doc, 'live': live})
+
+
+def quantities(record):
+    """Return the fields of a record (or its class) that were declared by `quantity`."""
+    return tuple(f for f in fields(record) if 'unit' in f.metadata)
+
+
+def check(record):
+    """
+    Check every quantity of a record against its declaration.
+
+    Raises
+    ------
+    ValueError
+        With the name, the value given, the range allowed and what it is.
+
+    """
+    for f in quantities(record):
+        value = getattr(record, f.name)
+        values = value if isinstance(value, (tuple, list)) else (value,)
+        for v in values:
+            check_value(f, v)
+
+
+def check_value(f, value):
+    """Check one scalar against the declaration of a field, ValueError if it is out of range."""
+    sample = f.default[0] if isinstance(f.default, tuple) and f.default else f.default
+    if isinstance(sample, bool) or isinstance(sample, str):
+        if not isinstance(value, type(sample)):
+            raise ValueError(f'{f.name}={value!r} must be a {type(sample).__name__}: '
+                             f'{f.metadata["doc"]}')
+        return
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise ValueError(f'{f.name}={value!r} must be a number [{f.metadata["unit"]}]: '
+                         f'{f.metadata["doc"]}')
+    if isinstance(sample, int) and value != int(value):
+        raise ValueError(f'{f.name}={value!r} must be a whole number: {f.metadata["doc"]}')
+    low, high = f.metadata['low'], f.metadata['high']
+    if not low <= value <= high:      # a NaN fails here too
+        raise ValueError(f'{f.name}={value:g} is outside {low:g} to {high:g} '
+                         f'[{f.metadata["unit"]}]: {f.metadata["doc"]}')
+
+
+def from_mapping(cls, mapping, where=''):
+    """
+    Build a record of class `cls` from plain data, such as a YAML file.
+
+    Nested records are built from nested mappings; lists become tuples.
+
+    Raises
+    ------
+    ValueError
+        For a key that the record does not have (the near names are listed), or a missing one.
+
+    """
+    if not isinstance(mapping, dict):
+        raise ValueError(f'{where or cls.__name__} must be a mapping of names to values, '
+                         f'not {mapping!r}')
+    known = {f.name: f for f in fields(cls)}
+    for key in mapping:
+        if key not in known:
+            raise ValueError(unknown(f'{where}{key}', key, known))
+    values = {}
+    for name, f in known.items():
+        if name in mapping:
+            values[name] = _plain_to(f, mapping[name], f'{where}{name}.')
+        elif f.default is MISSING and f.default_factory is MISSING:
+            raise ValueError(f'{where}{name} is missing; {cls.__name__} needs '
+                             + ', '.join(known))
+    return cls(**values)
+
+
+def unknown(given, key, known):
+    """Say that a name is not known, and which ones are near or allowed."""
+    near = difflib.get_close_matches(str(key), list(known), n=3)
+    hint = f'did you mean {" or ".join(near)}?' if near else 'known: ' + ', '.join(known)
+    return f'{given} is not known; {hint}'
+
+
+def _plain_to(f, value, where):
+    record = f.metadata.get('record')
+    if record is not None and isinstance(value, (list, tuple)):
+        return tuple(from_mapping(record, v, f'{where}{i}.') for i, v in enumerate(value))
+    if record is not None:
+        return from_mapping(record, value, where)
+    if isinstance(value, list):
+        return tuple(value)
+    if isinstance(f.default, float) and isinstance(value, int) and not isinstance(value, bool):
+        return float(value)
+    return value
+
+
+def to_mapping(record):
+    """Turn a record into plain data that `from_mapping` takes back."""
+    if is_dataclass(record):
+        return {f.name: to_mapping(getattr(record, f.name)) for f in fields(record)}
+    if isinstance(record, (tuple, list)):
+        return [to_mapping(v) for v in record]
+    return record

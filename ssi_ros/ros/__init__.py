@@ -1,0 +1,1 @@
+"""ROS 2 nodes: messages in, records through the stages, messages out."""
