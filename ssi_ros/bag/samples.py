@@ -1,0 +1,126 @@
+"""Write sampled channels as accelerometer topics, a whole chunk of messages at a time."""
+import re
+
+import numpy as np
+
+from .layout import SENSOR
+from .mcap_file import Block, CHUNK_BYTES
+from .writer import BagWriter
+
+TYPE, FIELD = 'geometry_msgs/msg/AccelStamped', 'accel.linear.z'
+_TOPIC = re.compile(r'(/[A-Za-z_]\w*)+')
+
+
+def write_samples(path, samples, *, topics=None, frame_ids=None, extra=None, progress=None):
+    """
+    Write samples to a new bag, one geometry_msgs/msg/AccelStamped topic a channel.
+
+    The measured acceleration [m/s^2] is accel.linear.z, along the sensor's own z axis; the other
+    five components are 0 because nothing measures them. A sample that is NaN is missing and
+    gets no message. Log and publish time are the stamp of the sample.
+
+    Parameters
+    ----------
+    path : str or Path
+        Folder to make.
+    samples : Samples
+        Channels on an even grid.
+    topics : sequence of str, optional
+        Topic of each channel; `/accelerometer/<channel>` if not given.
+    frame_ids : sequence of str, optional
+        frame_id of each channel; its name if not given.
+    extra : dict, optional
+        Words to words, kept as custom_data in metadata.yaml (a seed, a command).
+    progress : callable, optional
+        Called as `progress(rows_done, rows)` after each chunk.
+
+    Raises
+    ------
+    ValueError
+        If the folder exists, a name is not a topic, or the stamps do not fit a ROS time.
+
+    """
+    topics = tuple(topics or (f'/accelerometer/{c}' for c in samples.channels))
+    frames = tuple(frame_ids or samples.channels)
+    _check(samples, topics, frames)
+    extra = {str(k): str(v) for k, v in (extra or {}).items()}
+    stamps = samples.stamps_ns()
+    with BagWriter(path, custom_data=extra) as bag:
+        for topic in topics:
+            bag.add_topic(topic, TYPE, SENSOR)
+        rows = _Rows(frames, [bag.channel_id(t) for t in topics])
+        step = max(1, CHUNK_BYTES // rows.width)
+        for first in range(0, len(stamps), step):
+            block = rows.block(stamps[first:first + step], samples.values[first:first + step])
+            if block is not None:
+                bag.write_block(block)
+            if progress is not None:
+                progress(min(first + step, len(stamps)), len(stamps))
+
+
+def _check(samples, topics, frames):
+    for name, given in (('topics', topics), ('frame_ids', frames)):
+        if len(given) != len(samples.channels):
+            raise ValueError(f'{len(given)} {name} were given for {len(samples.channels)} '
+                             'channels: one a channel is needed')
+    for topic in topics:
+        if not _TOPIC.fullmatch(topic):
+            raise ValueError(f'{topic!r} is not a topic name: /words of letters, digits and _, '
+                             'none beginning with a digit; rename the channel or give topics')
+    if len(set(topics)) != len(topics):
+        raise ValueError(f'topics {", ".join(topics)} are not all different')
+    if len(samples.values):
+        last = samples.start_ns + samples.duration_s * 1e9
+        if samples.start_ns < 0 or last >= 2 ** 31 * 1e9:
+            raise ValueError(f'start_ns={samples.start_ns} and {samples.duration_s:g} s leave '
+                             'the range of a ROS time, 1970 to 2038')
+
+
+class _Rows:
+    """The message records of one sampling instant as the fields of one packed numpy type."""
+
+    def __init__(self, frames, channel_ids):
+        fields, self.fixed, self.ids = [], [], channel_ids
+        for i, (frame, channel) in enumerate(zip(frames, channel_ids)):
+            text = frame.encode() + b'\0'
+            pad = (4 - (4 + 12 + len(text))) % 8          # doubles align to 8 behind the header
+            size = 4 + 12 + len(text) + pad + 48
+            record = np.dtype([                            # MCAP message record, then the CDR
+                ('opcode', 'u1'), ('length', '<u8'), ('channel', '<u2'), ('sequence', '<u4'),
+                ('log', '<u8'), ('publish', '<u8'), ('cdr', 'S4'), ('sec', '<i4'),
+                ('nanosec', '<u4'), ('frame_length', '<u4'), ('frame', f'V{len(text)}'),
+                ('pad', f'V{pad}'), ('linear', '<f8', 3), ('angular', '<f8', 3)])
+            fields.append((f'm{i}', record))
+            self.fixed.append({'opcode': 5, 'length': 22 + size, 'channel': channel,
+                               'cdr': b'\0\1\0\0', 'frame_length': len(text),
+                               'frame': np.void(text)})
+        self.dtype = np.dtype(fields)
+        self.sizes = np.array([d.itemsize for _, d in fields])
+        self.width = self.dtype.itemsize
+
+    def block(self, stamps, values):
+        """Return the chunk of some rows, NaN left out; None if nothing is left."""
+        rows = np.zeros(len(stamps), self.dtype)
+        for i, fixed in enumerate(self.fixed):
+            message = rows[f'm{i}']
+            for name, value in fixed.items():
+                message[name] = value
+            message['log'] = message['publish'] = stamps
+            message['sec'], message['nanosec'] = np.divmod(stamps, 1_000_000_000)
+            message['linear'][:, 2] = values[:, i]
+        there = ~np.isnan(values)
+        if not there.any():
+            return None
+        records = rows.view(np.uint8).reshape(len(stamps), self.width)
+        if not there.all():
+            records = records[np.repeat(there, self.sizes, axis=1)]
+        sizes = np.where(there, self.sizes, 0).ravel()
+        offsets = (np.cumsum(sizes) - sizes).reshape(there.shape)
+        index = {}
+        for i, channel in enumerate(self.ids):
+            kept = there[:, i]
+            if kept.any():
+                index[channel] = np.column_stack((stamps[kept], offsets[kept, i])).astype(
+                    '<u8').tobytes()
+        held = stamps[there.any(axis=1)]
+        return Block(records.tobytes(), index, int(held[0]), int(held[-1]))
