@@ -1,0 +1,93 @@
+"""Tables of modes for the terminal."""
+import math
+
+
+def mode_table(window, names):
+    """Return a window's modes as text: number, label, frequency, damping with spreads, shape."""
+    lines = [f'{"id":>4} {"label":<11}{"frequency [Hz]":>22}{"damping [%]":>18}   shape at '
+             + ', '.join(names)]
+    for m in window.modes:
+        shape = ' '.join(_component(z) for z in m.shape[:8])
+        more = ' ...' if len(m.shape) > 8 else ''
+        frequency = _with_spread(m.frequency_hz, m.frequency_std_hz, 4)
+        damping = _with_spread(100 * m.damping_ratio, 100 * m.damping_ratio_std, 2)
+        lines.append(f'{m.identity:>4} {m.label:<11}{frequency:>22}{damping:>18}   {shape}{more}')
+    return '\n'.join(lines)
+
+
+def _component(z):
+    return f'{math.copysign(abs(z), z.real):+.2f}'
+
+
+def _with_spread(value, std, digits):
+    spread = f'+-{std:.{digits}f}' if math.isfinite(std) else ''
+    return f'{value:.{digits}f} {spread}'
+
+
+def compare(frequencies_hz, damping_ratios, window, tolerance=0.005):
+    """
+    Hold a window against theory, each mode against the nearest one, each used once.
+
+    Returns
+    -------
+    found : int
+        Modes of theory that have one within `tolerance` of them.
+    text : str
+        The table.
+
+    """
+    nearest = pair(frequencies_hz, window)
+    found = 0
+    lines = [f'{"theory [Hz]":>12}{"found [Hz]":>22}{"error [%]":>11}{"damping [%]":>18}'
+             f'{"theory [%]":>12}  label']
+    for f, xi, m in zip(frequencies_hz, damping_ratios, nearest):
+        if m is None:
+            lines.append(f'{f:12.4f}{"-":>22}{"":>11}{"":>18}{100 * xi:12.2f}  not found')
+            continue
+        error = m.frequency_hz / f - 1.0
+        found += abs(error) <= tolerance
+        lines.append(f'{f:12.4f}{_with_spread(m.frequency_hz, m.frequency_std_hz, 4):>22}'
+                     f'{100 * error:11.3f}'
+                     f'{_with_spread(100 * m.damping_ratio, 100 * m.damping_ratio_std, 2):>18}'
+                     f'{100 * xi:12.2f}  {m.label}')
+    others = [m for m in window.modes if all(m is not n for n in nearest)]
+    lines += [f'{"none":>12}{_with_spread(m.frequency_hz, m.frequency_std_hz, 4):>22}'
+              f'{"":>11}{_with_spread(100 * m.damping_ratio, 100 * m.damping_ratio_std, 2):>18}'
+              f'{"":>12}  {m.label}' for m in others]
+    return found, '\n'.join(lines)
+
+
+def pair(frequencies_hz, window, reach=0.03):
+    """Return for each frequency the mode that belongs to it, or None (assignment, 3 % apart)."""
+    import numpy as np
+    from scipy.optimize import linear_sum_assignment
+    if not window.modes:
+        return [None] * len(frequencies_hz)
+    found = np.array([m.frequency_hz for m in window.modes])
+    theory = np.asarray(frequencies_hz)[:, None]
+    distance = np.minimum(np.abs(found / theory - 1.0), 10.0 * reach)
+    out = [None] * len(frequencies_hz)
+    for i, j in zip(*linear_sum_assignment(distance)):
+        if distance[i, j] <= reach:
+            out[i] = window.modes[j]
+    return out
+
+
+def largest_difference(one, other):
+    """
+    Return the largest relative difference of two sets of windows, dicts by their end.
+
+    Infinite where a window or a mode is missing in one of them.
+    """
+    if set(one) != set(other):
+        return math.inf
+    worst = 0.0
+    for end in one:
+        a, b = one[end].modes, other[end].modes
+        if [m.identity for m in a] != [m.identity for m in b]:
+            return math.inf
+        for m, n in zip(a, b):
+            for name in ('frequency_hz', 'damping_ratio'):
+                x, y = getattr(m, name), getattr(n, name)
+                worst = max(worst, abs(x - y) / abs(x))
+    return worst

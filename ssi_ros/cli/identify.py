@@ -1,0 +1,91 @@
+"""
+Identify frequencies and damping of a recorded bag on sliding windows.
+
+The same code as the identifier node, on the same samples: the same numbers to the last bit. Any
+bag with numeric fields will do, also one that never saw this package.
+"""
+from pathlib import Path
+
+HELP = 'frequencies and damping of a bag, on sliding windows'
+EXAMPLE = 'ssi_ros identify bags/quiet --window-s 60 --hop-s 10 --json -'
+
+
+def add_arguments(parser):
+    """Declare the options."""
+    from ssi_ros.cli._options import add_quantities
+    from ssi_ros.identify.settings import Identification
+    parser.add_argument('bag', type=Path, metavar='BAG', help='folder of the bag, or its .mcap')
+    parser.add_argument('--channel', action='append', metavar='TOPIC[:FIELD]',
+                        help='a numeric field to use, repeatable (default: accel.linear.z of '
+                        'every AccelStamped topic)')
+    parser.add_argument('--rate-hz', type=float, default=0.0,
+                        help='sampling rate [Hz] (default: estimated from the stamps)')
+    parser.add_argument('--lateness-s', type=float, default=1.0,
+                        help='how late a sample may come [s] (default: 1)')
+    parser.add_argument('--json', metavar='FILE', help='write all windows, - for the terminal')
+    parser.add_argument('--plot', type=Path, metavar='FOLDER', help='write the plots there')
+    parser.add_argument('--explain', type=float, metavar='HZ',
+                        help='say what became of the poles near this frequency [Hz]')
+    add_quantities(parser, Identification)
+
+
+def run(args):
+    """Identify, print the last window, write what was asked for; 1 when there are no modes."""
+    import json
+    import sys
+
+    from ssi_ros.bag import read_channels
+    from ssi_ros.cli._channels import channels_of
+    from ssi_ros.cli._options import Progress, read_quantities
+    from ssi_ros.identify import explain, Identification
+    from ssi_ros.identify.modes_json import modes_json
+    from ssi_ros.identify.stamped import identify_stamped
+
+    settings = read_quantities(args, Identification)
+    with Progress('reading') as progress:
+        recording = read_channels(args.bag, channels_of(args.bag, args.channel),
+                                  progress=progress)
+    with Progress('identifying') as progress:
+        windows, grid = identify_stamped(
+            recording.names, recording.stamps_ns, recording.values, settings,
+            arrivals_ns=recording.arrivals_ns, rate_hz=args.rate_hz, lateness_s=args.lateness_s,
+            progress=progress)
+    first_ns = min(int(s[0]) for s in recording.stamps_ns if len(s))
+    if args.json:
+        text = json.dumps(modes_json(windows, first_ns), allow_nan=False)
+        if args.json == '-':
+            print(text)
+        else:
+            Path(args.json).write_text(text)
+    out = sys.stderr if args.json == '-' else sys.stdout
+    print(_summary(windows, grid, recording.names, first_ns), file=out)
+    if args.explain is not None:
+        print(explain(windows[-1], args.explain), file=out)
+    if args.plot:
+        from ssi_ros.identify.plots import write_plots
+        for path in write_plots(windows, args.plot, recording.names):
+            print(f'wrote {path}', file=out)
+    return 0 if any(w.modes for w in windows) else 1
+
+
+def _summary(windows, grid, names, first_ns):
+    from ssi_ros.cli._table import mode_table
+    lines = []
+    for name, count in zip(names, grid.counts):
+        faults = {k: getattr(count, k) for k in
+                  ('missing', 'late', 'duplicates', 'out_of_order', 'not_finite', 'bad_stamps')}
+        if any(faults.values()):
+            lines.append(f'{name}: ' + ', '.join(f'{v} {k}' for k, v in faults.items() if v))
+    for old, new in grid.jumps:
+        lines.append(f'the clock jumped by {(new - old) * 1e-9:+.3f} s at '
+                     f'{(old - first_ns) * 1e-9:.1f} s: a new window began there')
+    refused = [w for w in windows if not w.modes]
+    lines.append(f'{len(names)} channels at {grid.rate_hz:g} Hz, {len(windows)} windows, '
+                 f'{len(refused)} without modes')
+    last = windows[-1]
+    where = f'{(last.start_ns - first_ns) * 1e-9:.1f} to {(last.end_ns - first_ns) * 1e-9:.1f} s'
+    if last.modes:
+        lines.append(f'last window, {where}:\n{mode_table(last, names)}')
+    if last.reason:
+        lines.append(f'last window, {where}: {last.reason}')
+    return '\n'.join(lines)

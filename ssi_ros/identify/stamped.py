@@ -1,0 +1,120 @@
+"""Identify stamped samples: the grid, then a monitor a segment; the node and the verb use it."""
+import numpy as np
+
+from ssi_ros.quantity import quantities
+
+from .grid import Grid
+from .monitor import Monitor
+
+CHUNK_S = 10.0            # stamped samples are pushed in pieces of this length
+
+
+class SegmentMonitor:
+    """
+    Follow the rows of a grid; a clock jump begins a new window.
+
+    Parameters
+    ----------
+    channels : sequence of str
+        Names of the channels.
+    settings : Identification
+        Settings of the identification.
+
+    """
+
+    def __init__(self, channels, settings):
+        self.channels, self.settings = tuple(channels), settings
+        self.monitor, self._segment = None, None
+
+    def push(self, rows):
+        """Add Rows of the grid; return the windows whose end they reach, a list."""
+        if self.monitor is None or rows.segment != self._segment:
+            start_ns = rows.origin_ns + round(rows.first * 1e9 / rows.rate_hz)
+            self.monitor = Monitor(self.channels, rows.rate_hz, start_ns, self.settings)
+            self._segment = rows.segment
+        return self.monitor.push(rows.values)
+
+    def restart(self):
+        """Begin a new window with the next rows."""
+        self.monitor = None
+
+    def change(self, settings):
+        """
+        Take other settings.
+
+        What shapes the window (see `Identification`) begins it anew; the rest holds from the next
+        result on.
+        """
+        if self.monitor is not None and settings != self.settings:
+            if any(not f.metadata['live'] and f.name in self.settings.changes(settings)
+                   for f in quantities(settings)):
+                self.monitor = None
+            else:
+                self.monitor.settings = settings
+        self.settings = settings
+
+    @property
+    def fill(self):
+        """Share of the window that is filled, 0 to 1."""
+        return 0.0 if self.monitor is None else self.monitor.fill
+
+
+def identify_stamped(names, stamps_ns, values, settings, *, arrivals_ns=None, rate_hz=0.0,
+                     lateness_s=1.0, progress=None):
+    """
+    Identify channels of stamped samples on sliding windows.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Names of the l channels.
+    stamps_ns : sequence of ndarray of int64
+        Stamps of each channel [ns], in the order of arrival.
+    values : sequence of ndarray
+        Samples of each channel.
+    settings : Identification
+        Settings of the identification.
+    arrivals_ns : sequence of ndarray of int64, optional
+        When each sample arrived [ns], rising; the stamps are taken where it is not known.
+    rate_hz : float
+        Sampling rate [Hz], 0 estimates it.
+    lateness_s : float
+        See `Grid` [s].
+    progress : callable, optional
+        Called with the share done, 0 to 1.
+
+    Returns
+    -------
+    windows : tuple of WindowModes
+        One a hop; one with a reason where the record is too short for a window.
+    grid : Grid
+        With its counts of what was missing, late or doubled.
+
+    """
+    grid = Grid(names, rate_hz, lateness_s)
+    follow = SegmentMonitor(names, settings)
+    windows = []
+    pieces = _pieces(stamps_ns if arrivals_ns is None else arrivals_ns)
+    for done, piece in enumerate(pieces):
+        for c, part in enumerate(piece):
+            grid.push(c, stamps_ns[c][part], values[c][part])
+        for rows in grid.rows(flush=done == len(pieces) - 1):
+            windows += follow.push(rows)
+        if progress is not None:
+            progress((done + 1) / len(pieces))
+    if not windows and follow.monitor is not None:
+        windows = [follow.monitor.too_short()]
+    return tuple(windows), grid
+
+
+def _pieces(arrivals_ns):
+    """Cut the channels at the same moments, so that all meet a clock jump together."""
+    ends = [int(a[-1]) for a in arrivals_ns if len(a)]
+    begins = [int(a[0]) for a in arrivals_ns if len(a)]
+    if not ends:
+        return []
+    count = max(1, int(np.ceil((max(ends) - min(begins)) / (CHUNK_S * 1e9))))
+    cuts = np.linspace(min(begins), max(ends) + 1, count + 1)[1:]
+    at = [np.searchsorted(a, cuts, side='left') for a in arrivals_ns]
+    return [tuple(slice(0 if k == 0 else int(a[k - 1]), int(a[k])) for a in at)
+            for k in range(count)]

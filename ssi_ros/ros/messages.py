@@ -1,0 +1,116 @@
+"""
+Between records and messages: windows of modes as DiagnosticArray and Float64MultiArray.
+
+Numbers are written with `repr`, so that what is read back is equal to the bit.
+"""
+import array
+import json
+import math
+
+from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from std_msgs.msg import Float64MultiArray, MultiArrayDimension, MultiArrayLayout
+
+from ssi_ros.records import Mode, WindowModes
+
+SERIES = ('frequency_hz', 'frequency_std_hz', 'damping_ratio', 'damping_ratio_std')
+
+
+def time_of(stamp_ns):
+    """Return a Time message of a stamp [ns]."""
+    seconds, rest = divmod(int(stamp_ns), 1_000_000_000)
+    return Time(sec=seconds, nanosec=rest)
+
+
+def stamp_of(time):
+    """Return the stamp [ns] of a Time message."""
+    return time.sec * 1_000_000_000 + time.nanosec
+
+
+def status(name, level, message, **values):
+    """Return a DiagnosticStatus; level is 'ok', 'warn', 'error' or 'stale'."""
+    return DiagnosticStatus(
+        name=name, level=getattr(DiagnosticStatus, level.upper()), message=message,
+        values=[KeyValue(key=k, value=_text(v)) for k, v in values.items()])
+
+
+def _text(value):
+    return value if isinstance(value, str) else repr(value)
+
+
+def modes_message(window, slots=None):
+    """
+    Return a window as DiagnosticArray: the window's own status, then one a mode.
+
+    The header carries the window's end. A mode that is surely of the structure is OK, an input
+    line or an undecided pole is WARN.
+    """
+    slots = slots or {}
+    reason = window.reason or f'{len(window.modes)} modes'
+    out = [status('window', 'ok' if window.modes else 'warn', reason,
+                  start_ns=window.start_ns, end_ns=window.end_ns, reason=window.reason,
+                  births=json.dumps(list(window.births)), deaths=json.dumps(list(window.deaths)))]
+    for m in window.modes:
+        out.append(status(
+            f'mode {m.identity}', 'ok' if m.label == 'structural' else 'warn',
+            f'{m.frequency_hz:.4f} Hz, damping {100 * m.damping_ratio:.2f} %, {m.label}',
+            identity=m.identity, slot=slots.get(m.identity, -1), label=m.label,
+            **{name: float(getattr(m, name)) for name in SERIES},
+            shape=json.dumps([[z.real, z.imag] for z in m.shape.tolist()]), note=m.note))
+    msg = DiagnosticArray(status=out)
+    msg.header.stamp = time_of(window.end_ns)
+    return msg
+
+
+def window_of(msg):
+    """Return the WindowModes that `modes_message` wrote, equal to the bit."""
+    head, *rest = ({kv.key: kv.value for kv in s.values} for s in msg.status)
+    modes = [Mode(identity=int(v['identity']), label=v['label'], note=v['note'],
+                  shape=[complex(re, im) for re, im in json.loads(v['shape'])],
+                  **{name: float(v[name]) for name in SERIES}) for v in rest]
+    return WindowModes(int(head['start_ns']), int(head['end_ns']), tuple(modes), head['reason'],
+                       births=tuple(json.loads(head['births'])),
+                       deaths=tuple(json.loads(head['deaths'])))
+
+
+def series_message(window, name, slots, size):
+    """
+    Return one number of every mode in fixed slots; NaN in a slot without a mode.
+
+    The message has no header, so the second dimension's label carries the window's end.
+    """
+    values = array.array('d', [math.nan]) * size
+    for m in window.modes:
+        slot = slots.get(m.identity, -1)
+        if slot >= 0:
+            values[slot] = float(getattr(m, name))
+    layout = MultiArrayLayout(dim=[
+        MultiArrayDimension(label='slot', size=size, stride=size),
+        MultiArrayDimension(label=f'window_end_ns={window.end_ns}', size=1, stride=1)])
+    return Float64MultiArray(layout=layout, data=values)
+
+
+class Slots:
+    """
+    Which slot a mode's numbers are published in: the lowest free one, kept for its life.
+
+    A mode that misses a window keeps its slot; one that died frees it.
+    """
+
+    def __init__(self, size):
+        self.size = size
+        self.of = {}
+
+    def update(self, window):
+        """Follow a window; return the identities that found no slot."""
+        without = []
+        for identity in window.deaths:
+            self.of.pop(identity, None)
+        for m in window.modes:
+            if m.identity not in self.of:
+                free = set(range(self.size)) - set(self.of.values())
+                if free:
+                    self.of[m.identity] = min(free)
+                else:
+                    without.append(m.identity)
+        return without

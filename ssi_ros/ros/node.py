@@ -1,0 +1,191 @@
+"""
+What the four nodes share: lifecycle with autostart, health at 1 Hz, a clean end.
+
+A node derives from `StageNode`, creates its interfaces in `configure`, works between `activate`
+and `deactivate`, and releases everything in `cleanup`. A `ValueError` or `OSError` in them is
+reported as one clear line and a failed transition, never as a traceback.
+"""
+import json
+import signal
+import sys
+import threading
+import time
+
+from diagnostic_msgs.msg import DiagnosticArray
+import rclpy
+from rclpy.exceptions import ParameterException
+from rclpy.experimental import EventsExecutor
+from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
+from rclpy.signals import SignalHandlerOptions
+
+from ssi_ros.ros import parameters
+
+LINGER_S = 0.5
+FAILED = (ValueError, OSError, ParameterException)
+
+
+class StageNode(LifecycleNode):
+    """A lifecycle node with settings declared as records."""
+
+    settings_classes = ()
+    exit_code = 0
+
+    def __init__(self, name, **kwargs):
+        super().__init__(name, **kwargs)
+        self.settings = ()
+        self.done = threading.Event()          # set it to end the process
+        self.declare_parameter('autostart', True)
+        for cls in self.settings_classes:
+            parameters.declare(self, cls)
+        self.add_on_set_parameters_callback(parameters.answer(self._change))
+        self._health_timer = self._health_publisher = None
+
+    # what a node fills in
+    def configure(self, *settings):
+        """Create the interfaces; one record for each of `settings_classes`."""
+
+    def activate(self):
+        """Begin the work."""
+
+    def deactivate(self):
+        """Pause the work."""
+
+    def cleanup(self):
+        """Release everything that `configure` created."""
+
+    def health(self):
+        """Return a list of DiagnosticStatus, asked for once a second."""
+        return []
+
+    def settings_changed(self, *settings):
+        """Take new settings while configured; ValueError refuses them."""
+
+    # the lifecycle
+    def on_configure(self, state):
+        """Read the settings and create the interfaces."""
+        def work():
+            self.settings = tuple(parameters.read(self, c) for c in self.settings_classes)
+            self._health_publisher = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
+            self.configure(*self.settings)
+            self._health_timer = self.create_timer(1.0, self._publish_health)
+        return self._attempt('configure', work, undo=self._release)
+
+    def on_activate(self, state):
+        """Begin the work."""
+        result = super().on_activate(state)
+        return self._attempt('activate', self.activate) if result == _SUCCESS else result
+
+    def on_deactivate(self, state):
+        """Pause the work."""
+        self._attempt('deactivate', self.deactivate)
+        return super().on_deactivate(state)
+
+    def on_cleanup(self, state):
+        """Release everything."""
+        return self._attempt('cleanup', self._release)
+
+    def on_shutdown(self, state):
+        """Stop the work and release everything."""
+        self._attempt('deactivate', self.deactivate)
+        return self._attempt('shutdown', self._release)
+
+    def on_error(self, state):
+        """Release everything, so that the node can be configured anew."""
+        return self._attempt('recover', self._release)
+
+    def _attempt(self, what, work, undo=None):
+        try:
+            work()
+        except FAILED as error:
+            self.get_logger().error(f'cannot {what}: {error}')
+            if undo is not None:
+                undo()
+            return TransitionCallbackReturn.FAILURE
+        return _SUCCESS
+
+    def _release(self):
+        for timer in (self._health_timer,):
+            if timer is not None:
+                self.destroy_timer(timer)
+        self._health_timer = None
+        self.cleanup()
+        if self._health_publisher is not None:
+            self.destroy_publisher(self._health_publisher)
+            self._health_publisher = None
+        self.settings = ()
+
+    def _publish_health(self):
+        msg = DiagnosticArray(status=self.health())
+        msg.header.stamp = self.get_clock().now().to_msg()
+        self._health_publisher.publish(msg)
+
+    def _change(self, changes):
+        new = tuple(parameters.changed(record, changes) for record in self.settings)
+        if new != self.settings:
+            self.settings_changed(*new)
+            self.settings = new
+
+
+_SUCCESS = TransitionCallbackReturn.SUCCESS
+
+
+def run(node_class, args=None):
+    """
+    Run one node in this process until it is done or told to stop; return the exit code.
+
+    SIGINT and SIGTERM end it cleanly: the node shuts down, files are closed, no traceback.
+    """
+    rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+    stop = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: stop.set())
+    code, node = 0, None
+    try:
+        node = node_class()
+        executor = EventsExecutor()
+        executor.add_node(node)
+        if node.get_parameter('autostart').value and not _start(node):
+            code = 2
+        else:
+            # an infinite timeout hangs in this executor, a finite one does not
+            while not stop.is_set() and not node.done.is_set():
+                executor.spin_once(timeout_sec=0.2)
+            _linger(executor, stop)
+        node.trigger_shutdown()
+        code = code or node.exit_code
+    except FAILED as error:
+        print(f'{node_class.__name__}: {error}', file=sys.stderr)
+        code = 2
+    finally:
+        if node is not None:
+            node.destroy_node()
+        rclpy.try_shutdown()
+    return code
+
+
+def _linger(executor, stop):
+    """Let the last messages reach their readers before the publishers go away."""
+    end = time.monotonic() + LINGER_S
+    while not stop.is_set() and time.monotonic() < end:
+        executor.spin_once(timeout_sec=0.05)
+
+
+def ros_arguments(parameters, remaps=()):
+    """
+    Return parameters and remappings as ROS command line arguments.
+
+    JSON is YAML: a path that looks like a number stays a text, a list stays a list.
+    """
+    words = ['--ros-args']
+    for name, value in parameters.items():
+        if isinstance(value, tuple):
+            value = list(value)
+        plain = isinstance(value, (bool, int, float, list))
+        words += ['-p', f'{name}:={json.dumps(value if plain else str(value))}']
+    for remap in remaps:
+        words += ['-r', remap]
+    return words
+
+
+def _start(node):
+    return (node.trigger_configure() == _SUCCESS and node.trigger_activate() == _SUCCESS)

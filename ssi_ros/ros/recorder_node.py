@@ -1,0 +1,229 @@
+"""
+Recorder node: raw messages of any topics to an MCAP bag that survives a crash.
+
+Callbacks only append; a thread writes, flushes every half second and syncs to the disk. Topics
+that appear later are joined as they come, with the quality of service that their publishers
+offer, so that a best-effort sensor and a latched status are both heard.
+"""
+from collections import deque
+from dataclasses import dataclass
+import re
+import threading
+import time
+
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+
+from ssi_ros.bag import BagWriter
+from ssi_ros.quantity import quantity
+from ssi_ros.ros.channels import message_class
+from ssi_ros.ros.messages import status
+from ssi_ros.ros.node import run, StageNode
+
+LOOK_S = 0.25             # how often new topics are looked for
+WRITE_S = 0.05            # how often the writer wakes
+NEVER = {'/clock', '/rosout', '/parameter_events'}
+
+
+@dataclass(frozen=True)
+class Recording:
+    """What to record and where to."""
+
+    bag: str = quantity('', doc='folder of the new bag; empty = recording_<date>_<time>',
+                        live=False)
+    topics: tuple = quantity(('.*',), live=False,
+                             doc='regular expressions of the topic names to record')
+    exclude: tuple = quantity(('.*/transition_event',), live=False,
+                              doc='regular expressions of the topic names to leave out')
+    compression: str = quantity('zstd', doc="'zstd', 'lz4' or 'none'", live=False)
+    flush_s: float = quantity(0.5, unit='s', low=0.01, high=60.0, live=False,
+                              doc='a crash loses at most so much')
+    split_bytes: int = quantity(0, unit='B', low=0, live=False,
+                                doc='begin a new file at this size, 0 = never')
+    split_s: float = quantity(0.0, unit='s', low=0.0, high=1e6, live=False,
+                              doc='begin a new file after this time, 0 = never')
+    queue_depth: int = quantity(5000, low=1, high=1_000_000, live=False,
+                                doc='messages a topic that wait while the process is busy')
+
+    def __post_init__(self):
+        for pattern in (*self.topics, *self.exclude):
+            try:
+                re.compile(pattern)
+            except re.error as error:
+                raise ValueError(f'{pattern!r} is not a regular expression: {error}') from None
+
+    def wants(self, topic):
+        """Return whether a topic is to be recorded."""
+        if topic in NEVER and topic not in self.topics:
+            return False
+        return (any(re.fullmatch(p, topic) for p in self.topics)
+                and not any(re.fullmatch(p, topic) for p in self.exclude))
+
+
+class RecorderNode(StageNode):
+    """Record topics to a bag."""
+
+    settings_classes = (Recording,)
+
+    def __init__(self, **kwargs):
+        super().__init__('recorder', **kwargs)
+        self._joined, self._look, self._writer, self._refused = {}, None, None, set()
+
+    def configure(self, settings):
+        """Open the bag and start the writer."""
+        name = settings.bag or time.strftime('recording_%Y-%m-%d_%H-%M-%S')
+        self._writer = WriterThread(self, name, settings)
+        self._gate = threading.Event()
+        self._look = self.create_timer(LOOK_S, self._join_new_topics)
+        self.get_logger().info(f'recording to {name}')
+
+    def activate(self):
+        """Let the messages in."""
+        self._gate.set()
+
+    def deactivate(self):
+        """Keep the messages out."""
+        if self._writer is not None:
+            self._gate.clear()
+
+    def cleanup(self):
+        """Close the bag."""
+        if self._look is not None:
+            self.destroy_timer(self._look)
+        for subscription, _ in self._joined.values():
+            self.destroy_subscription(subscription)
+        if self._writer is not None:
+            self._writer.close()
+            if self._writer.failure:
+                self.exit_code = 1
+        self._joined, self._look, self._writer = {}, None, None
+
+    def _join_new_topics(self):
+        for topic, types in self.get_topic_names_and_types():
+            if topic in self._joined or not self.settings[0].wants(topic):
+                continue
+            offers = self.get_publishers_info_by_topic(topic)
+            if not offers or topic in self._refused:
+                continue
+            try:
+                self._join(topic, types, offers)
+            except ValueError as error:
+                self._refused.add(topic)
+                self.get_logger().warning(f'{topic} is not recorded: {error}')
+
+    def _join(self, topic, types, offers):
+        if len(types) > 1:
+            raise ValueError(f'its publishers disagree on the type: {", ".join(types)}')
+        self._writer.add_topic(topic, types[0], [offered_qos(o.qos_profile) for o in offers])
+        qos = adapted_qos([o.qos_profile for o in offers], self.settings[0].queue_depth)
+        append, gate, clock = self._writer.pending.append, self._gate, self.get_clock()
+        sim_time = self.get_parameter('use_sim_time').value
+
+        def collect(raw, info):
+            if gate.is_set():
+                # rosbag2 stamps by simulated time where it is used
+                log_ns = clock.now().nanoseconds if sim_time else info['received_timestamp']
+                append((topic, raw, log_ns, info['source_timestamp']))
+        self._joined[topic] = (self.create_subscription(
+            message_class(types[0]), topic, collect, qos, raw=True), types[0])
+        self.get_logger().info(f'joined {topic} [{types[0]}]')
+
+    def health(self):
+        """Tell what has been written."""
+        w = self._writer
+        level, text = 'ok', f'{w.written} messages of {len(self._joined)} topics'
+        if w.failure:
+            level, text = 'error', f'stopped: {w.failure}'
+        elif not w.written:
+            level, text = 'warn', 'no message yet: ' + (
+                'no topic matches' if not self._joined else 'the topics are silent')
+        return [status(f'{self.get_name()}: bag', level, text, bag=str(w.name),
+                       topics=len(self._joined), written=w.written, waiting=len(w.pending),
+                       longest_write_s=float(w.longest_s))]
+
+
+class WriterThread:
+    """The thread that owns the bag."""
+
+    def __init__(self, node, name, settings):
+        self.node, self.name = node, name
+        self.pending, self.written, self.longest_s, self.failure = deque(), 0, 0.0, ''
+        self._bag = BagWriter(name, split_bytes=settings.split_bytes, split_s=settings.split_s,
+                              compression=settings.compression, flush_s=settings.flush_s)
+        self._lock = threading.Lock()
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._work, daemon=True)
+        self._thread.start()
+
+    def add_topic(self, topic, type_name, qos):
+        """Declare a topic before its first message."""
+        with self._lock:
+            self._bag.add_topic(topic, type_name, qos)
+
+    def _work(self):
+        while not self._stop.wait(WRITE_S):
+            self._write()
+
+    def _write(self):
+        if self.failure:
+            self.pending.clear()
+            return
+        before = time.monotonic()
+        try:
+            with self._lock:
+                for _ in range(len(self.pending)):
+                    self._bag.write(*self.pending.popleft())
+                    self.written += 1
+                self._bag.flush_if_due()
+        except OSError as error:
+            self.failure = f'{error.strerror or error}: {self.name}'
+            self.node.get_logger().error(
+                f'recording stopped, {self.failure}; {self.written} messages are safe in the '
+                'bag; make room and start a new recording')
+        self.longest_s = max(self.longest_s, time.monotonic() - before)
+
+    def close(self):
+        """Write what waits and close the bag."""
+        self._stop.set()
+        self._thread.join(timeout=30.0)
+        self._write()
+        try:
+            self._bag.close()
+        except OSError as error:
+            self.failure = self.failure or f'{error.strerror or error}: {self.name}'
+            self.node.get_logger().error(f'the bag could not be closed: {self.failure}; '
+                                         f'run: ssi_ros recover {self.name}')
+        self.node.get_logger().info(f'{self.written} messages in {self.name}')
+
+
+def offered_qos(profile):
+    """Return an offered quality of service as rosbag2 writes it, a mapping of words."""
+    def ns(duration):
+        seconds, rest = divmod(duration.nanoseconds, 1_000_000_000)
+        return {'sec': seconds, 'nsec': rest}
+    return {
+        'history': profile.history.name.lower(), 'depth': profile.depth,
+        'reliability': profile.reliability.name.lower(),
+        'durability': profile.durability.name.lower(),
+        'deadline': ns(profile.deadline), 'lifespan': ns(profile.lifespan),
+        'liveliness': profile.liveliness.name.lower(),
+        'liveliness_lease_duration': ns(profile.liveliness_lease_duration),
+        'avoid_ros_namespace_conventions': profile.avoid_ros_namespace_conventions}
+
+
+def adapted_qos(offers, depth):
+    """Return the strictest quality of service that every offer satisfies."""
+    reliable = all(o.reliability == ReliabilityPolicy.RELIABLE for o in offers)
+    latched = all(o.durability == DurabilityPolicy.TRANSIENT_LOCAL for o in offers)
+    return QoSProfile(
+        history=HistoryPolicy.KEEP_LAST, depth=depth,
+        reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
+        durability=(DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE))
+
+
+def main(args=None):
+    """Run the node until SIGINT or SIGTERM."""
+    return run(RecorderNode, args)
+
+
+if __name__ == '__main__':
+    raise SystemExit(main())

@@ -1,0 +1,206 @@
+"""
+Simulator node: the accelerometers of a flexible spacecraft, in real time or faster.
+
+Every sample carries the stamp of an exact grid. With `speed` other than 1 the node is the clock
+of the simulation and publishes /clock, so that the others run with use_sim_time.
+"""
+from dataclasses import dataclass
+import time
+
+from geometry_msgs.msg import AccelStamped
+from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rosgraph_msgs.msg import Clock
+from std_msgs.msg import Float64MultiArray, MultiArrayDimension, MultiArrayLayout
+
+from ssi_ros.bag import encode_accel
+from ssi_ros.model import assemble, load_spacecraft, stream
+from ssi_ros.quantity import quantity
+from ssi_ros.ros.messages import status, time_of
+from ssi_ros.ros.node import run, StageNode
+
+TICK_S = 0.01             # how often due samples are published
+BLOCK_S = 1.0             # how much is simulated at once
+CATCH_UP_S = 0.25         # how much may be published at once after the machine was busy
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """What the simulator can be told."""
+
+    config: str = quantity('', doc='spacecraft YAML; empty = the one that comes with the package',
+                           live=False)
+    seed: int = quantity(1, low=0, high=2 ** 31 - 1, doc='seed of all random numbers', live=False)
+    speed: float = quantity(1.0, low=0.0, high=1e4,
+                            doc='simulated seconds a second; 0 = as fast as the machine allows')
+    duration_s: float = quantity(0.0, unit='s', low=0.0, high=1e9, live=False,
+                                 doc='length of the simulation, 0 = endless')
+    at_rest: bool = quantity(False, live=False,
+                             doc='start at rest in place of the stationary state')
+    start_s: float = quantity(-1.0, unit='s', low=-1.0, high=4e9, live=False,
+                              doc='stamp of the first sample, -1 = now on the whole second')
+    publish_clock: bool = quantity(False, live=False,
+                                   doc='publish /clock also at speed 1')
+    batch: bool = quantity(False, live=False,
+                           doc='publish accelerometer/batch too: blocks of rows in one message')
+    wait_for_subscribers: int = quantity(
+        0, low=0, high=100, live=False,
+        doc='begin when every accelerometer topic has so many subscribers')
+    namespace: str = quantity('accelerometer', doc='prefix of the topics', live=False)
+
+
+class SimulatorNode(StageNode):
+    """Publish simulated accelerations."""
+
+    settings_classes = (Simulation,)
+
+    def __init__(self, **kwargs):
+        super().__init__('simulator', **kwargs)
+        self._made, self._timer, self._clock = [], None, None
+
+    def configure(self, settings):
+        """Build the spacecraft and advertise its sensors."""
+        self._system = assemble(load_spacecraft(settings.config or None))
+        self._rate_hz = self._system.rate_hz
+        self._names = self._system.channels
+        depth = max(5, int(2.0 * self._rate_hz))
+        qos = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=depth,
+                         reliability=ReliabilityPolicy.BEST_EFFORT)
+        self._sensors = [self._advertise(AccelStamped, f'{settings.namespace}/{name}', qos)
+                         for name in self._names]
+        self._batch = (self._advertise(Float64MultiArray, f'{settings.namespace}/batch', qos)
+                       if settings.batch else None)
+        if settings.publish_clock or settings.speed != 1.0:
+            self._clock = self._advertise(Clock, '/clock', 10)
+        self._blocks, self._block, self._at = None, None, 0
+        self.sent, self.behind_s = 0, 0.0
+
+    def _advertise(self, message_class, topic, qos):
+        publisher = self.create_publisher(message_class, topic, qos)
+        self._made.append(publisher)
+        return publisher
+
+    def activate(self):
+        """Begin, or go on where it was paused."""
+        settings = self.settings[0]
+        if self._blocks is None:
+            start_s = settings.start_s if settings.start_s >= 0.0 else float(int(time.time()))
+            self._start_ns = round(start_s * 1e9)
+            self._blocks = stream(self._system, settings.seed, block_s=BLOCK_S,
+                                  at_rest=settings.at_rest, start_ns=self._start_ns)
+            self._next_block()
+        self._pace = None
+        self._timer = self.create_timer(TICK_S if settings.speed > 0.0 else 0.001, self._tick)
+
+    def deactivate(self):
+        """Pause."""
+        if self._timer is not None:
+            self.destroy_timer(self._timer)
+            self._timer = None
+
+    def cleanup(self):
+        """Release all that `configure` created."""
+        for publisher in self._made:
+            self.destroy_publisher(publisher)
+        self._made, self._clock, self._blocks = [], None, None
+
+    def settings_changed(self, settings):
+        """Take another speed."""
+        if settings.speed != 1.0 and self._clock is None:
+            raise ValueError(f'speed={settings.speed:g} needs /clock; start the node with '
+                             'publish_clock:=true or a speed other than 1')
+        self._pace = None
+
+    def _next_block(self):
+        self._block = next(self._blocks)
+        stamps = self._block.stamps_ns()
+        self._encoded = [encode_accel(stamps, self._block.values[:, i], name)
+                         for i, name in enumerate(self._names)]
+        self._at = 0
+
+    def _ready(self):
+        wanted = self.settings[0].wait_for_subscribers
+        return all(p.get_subscription_count() >= wanted for p in self._sensors)
+
+    def _due(self, settings):
+        """Return how many samples are due now."""
+        if settings.speed == 0.0:
+            return len(self._block.values)
+        now = time.monotonic()
+        if self._pace is None:
+            if not self._ready():
+                return 0
+            self._pace = (now, self.sent)
+        began, sent = self._pace
+        due = sent + 1 + int((now - began) * settings.speed * self._rate_hz) - self.sent
+        most = max(1, int(CATCH_UP_S * settings.speed * self._rate_hz))
+        if due > most:            # the machine is too slow: keep every sample, lose the pace
+            self.behind_s += (due - most) / (settings.speed * self._rate_hz)
+            self._pace = (now, self.sent + most - 1)
+            self.get_logger().warning(
+                f'{self.behind_s:.1f} s behind the pace of speed={settings.speed:g}; no sample '
+                'is left out, lower speed to keep the pace', throttle_duration_sec=5.0)
+        return min(due, most)
+
+    def _tick(self):
+        settings = self.settings[0]
+        if settings.speed == 0.0 and not self._ready():
+            return
+        due = self._due(settings)
+        if settings.duration_s:
+            due = min(due, round(settings.duration_s * self._rate_hz) - self.sent)
+        if due > 0 and self._clock is not None:
+            ahead = self._start_ns + round((self.sent + due - 1) * 1e9 / self._rate_hz)
+            self._clock.publish(Clock(clock=time_of(ahead)))
+        while due > 0:
+            n = min(due, len(self._block.values) - self._at)
+            self._publish(n)
+            due -= n
+            if self._at == len(self._block.values):
+                self._next_block()
+        if settings.duration_s and self.sent >= round(settings.duration_s * self._rate_hz):
+            self.get_logger().info(f'{self.sent} samples a channel sent, '
+                                   f'{settings.duration_s:g} s: done')
+            self.deactivate()
+            self.done.set()
+
+    def _publish(self, n):
+        for k in range(self._at, self._at + n):
+            for publisher, encoded in zip(self._sensors, self._encoded):
+                publisher.publish(encoded[k])
+        if self._batch is not None:
+            rows = self._block.values[self._at:self._at + n]
+            first = int(self._block.stamps_ns()[self._at])
+            self._batch.publish(batch_message(rows, self._names, first))
+        self._at += n
+        self.sent += n
+
+    def health(self):
+        """Tell how far the simulation is."""
+        speed = self.settings[0].speed
+        waiting = self._timer is not None and not self._ready() and self.sent == 0
+        level = 'warn' if self.behind_s or waiting else 'ok'
+        text = ('waiting for subscribers' if waiting else
+                f'{self.sent / self._rate_hz:.1f} s simulated at speed {speed:g}')
+        return [status(f'{self.get_name()}: samples', level, text, samples=self.sent,
+                       rate_hz=float(self._rate_hz), speed=float(speed),
+                       behind_s=float(self.behind_s), seed=self.settings[0].seed)]
+
+
+def batch_message(rows, names, first_ns):
+    """Return rows (n, l) as one message; the labels name the channels and the first stamp."""
+    n, width = rows.shape
+    layout = MultiArrayLayout(dim=[
+        MultiArrayDimension(label=f'first_stamp_ns={first_ns}', size=n, stride=n * width),
+        MultiArrayDimension(label=','.join(names), size=width, stride=width)])
+    message = Float64MultiArray(layout=layout)
+    message.data.frombytes(rows.tobytes())
+    return message
+
+
+def main(args=None):
+    """Run the node until SIGINT or SIGTERM, or to the end of `duration_s`."""
+    return run(SimulatorNode, args)
+
+
+if __name__ == '__main__':
+    raise SystemExit(main())
