@@ -1,1 +1,23 @@
-"""Spacecraft, excitation and sensors: from numbers to accelerations."""
+"""
+The spacecraft model: numbers -> system -> samples.
+
+Names are imported when they are first used, so that `import ssi_ros.model` costs nothing.
+"""
+from importlib import import_module
+
+_HOME = {
+    'Spacecraft': 'spacecraft', 'load_spacecraft': 'spacecraft', 'save_spacecraft': 'spacecraft',
+    'assemble': 'structure', 'displacement_row': 'structure', 'add_point_mass': 'structure',
+    'System': 'system', 'NaturalModes': 'system', 'natural_modes': 'system',
+    'StateSpace': 'statespace', 'simulate': 'simulator', 'stream': 'simulator',
+    'ensemble': 'simulator',
+}
+__all__ = sorted(_HOME)
+
+
+def __getattr__(name):
+    if name not in _HOME:
+        raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
+    value = getattr(import_module(f'{__name__}.{_HOME[name]}'), name)
+    globals()[name] = value
+    return value

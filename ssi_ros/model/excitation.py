@@ -1,0 +1,126 @@
+"""
+What acts on the system: parts that add up, each a frozen record with one verb, `begin`.
+
+`begin(rate_hz, inputs, generator)` returns `forces(first, count)`, the values that the inputs hold
+over the samples first, first + 1, ...; it is called with consecutive blocks. The result must not
+depend on how time is cut into blocks. `covariance(rate_hz, inputs)` is the covariance of one
+sample of the random, stationary share (zero for what is determined), which the stationary start
+and the expected spectrum need. Equations (27) to (29) of docs/theory.md.
+"""
+from dataclasses import dataclass
+import zlib
+
+import numpy as np
+
+LEVEL_RATE_HZ = 100.0       # the rate at which the rms of white excitation is declared
+
+
+def generator(seed, name):
+    """
+    Return the random generator of one named source for one seed.
+
+    Each source has its own, found by its name: adding a source, or taking one away, does not
+    change what the others draw.
+    """
+    if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0:
+        raise ValueError(f'seed={seed!r} must be a whole number, zero or more')
+    key = zlib.crc32(name.encode())
+    return np.random.default_rng(np.random.SeedSequence(int(seed), spawn_key=(key,)))
+
+
+def columns(names, inputs):
+    """Return the index of every named input, ValueError if one is not there."""
+    for name in names:
+        if name not in inputs:
+            raise ValueError(f'input {name!r} is not on this system; it has ' + ', '.join(inputs))
+    return [inputs.index(name) for name in names]
+
+
+@dataclass(frozen=True)
+class White:
+    """
+    Independent white Gaussian inputs, held over a sample, eq. (27).
+
+    `rms` is declared at 100 Hz; at another rate it follows the square root of the rate, so that
+    the spectral density stays.
+    """
+
+    name: str
+    inputs: tuple
+    rms: tuple
+
+    def __post_init__(self):
+        if len(self.rms) != len(self.inputs) or not all(r >= 0 for r in self.rms):
+            raise ValueError(f'{self.name}: rms={self.rms} must be one number an input, zero or '
+                             f'more, for {len(self.inputs)} inputs')
+
+    def held_rms(self, rate_hz):
+        """Return the rms of the held values at a rate, shape (inputs,)."""
+        return np.array(self.rms) * np.sqrt(rate_hz / LEVEL_RATE_HZ)
+
+    def begin(self, rate_hz, inputs, generator):
+        """Return the forces as a function of first sample and count."""
+        where, rms = columns(self.inputs, inputs), self.held_rms(rate_hz)
+
+        def forces(first, count):
+            values = np.zeros((count, len(inputs)))
+            values[:, where] = generator.standard_normal((count, len(rms))) * rms
+            return values
+        return forces
+
+    def covariance(self, rate_hz, inputs):
+        """Return the covariance of one sample of the inputs, shape (m, m)."""
+        variances = np.zeros(len(inputs))
+        variances[columns(self.inputs, inputs)] = self.held_rms(rate_hz) ** 2
+        return np.diag(variances)
+
+
+@dataclass(frozen=True)
+class Varying:
+    """A part times the level 1 + depth sin(2 pi t / period_s), eq. (29)."""
+
+    part: object
+    depth: float
+    period_s: float
+
+    def __post_init__(self):
+        if not (0.0 <= self.depth <= 1.0 and self.period_s > 0.0):
+            raise ValueError(f'depth={self.depth:g} must be 0 to 1 and period_s='
+                             f'{self.period_s:g} positive')
+
+    @property
+    def name(self):
+        """Name of the part: its random numbers stay the same."""
+        return self.part.name
+
+    def begin(self, rate_hz, inputs, generator):
+        """Return the forces as a function of first sample and count."""
+        steady = self.part.begin(rate_hz, inputs, generator)
+
+        def forces(first, count):
+            t = (first + np.arange(count)) / rate_hz
+            level = 1.0 + self.depth * np.sin(2 * np.pi * t / self.period_s)
+            return steady(first, count) * level[:, None]
+        return forces
+
+    def covariance(self, rate_hz, inputs):
+        """Return the mean over time of the covariance of one sample, shape (m, m)."""
+        return self.part.covariance(rate_hz, inputs) * (1.0 + self.depth ** 2 / 2)
+
+
+def begin_all(parts, rate_hz, inputs, seed):
+    """Return the sum of all parts as one function of first sample and count."""
+    begun = [p.begin(rate_hz, inputs, generator(seed, p.name)) for p in parts]
+
+    def forces(first, count):
+        total = np.zeros((count, len(inputs)))
+        for part in begun:
+            total += part(first, count)
+        return total
+    return forces
+
+
+def total_covariance(parts, rate_hz, inputs):
+    """Return the covariance of one sample of all parts together, shape (m, m)."""
+    return sum((p.covariance(rate_hz, inputs) for p in parts),
+               np.zeros((len(inputs), len(inputs))))

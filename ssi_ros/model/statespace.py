@@ -1,0 +1,156 @@
+"""
+State spaces, continuous and sampled, in modal coordinates: eq. (18) to (26) of docs/theory.md.
+
+The diagonal form makes exact discretisation, transfer functions and propagation one line each.
+"""
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+WORST_CONDITION = 1e8       # of the eigenvectors; half of the digits of a double are left
+
+
+@dataclass(frozen=True, eq=False)
+class StateSpace:
+    """
+    Continuous state space x' = A x + B u, y = C x + D u.
+
+    Attributes
+    ----------
+    a, b, c, d : ndarray, shapes (n, n), (n, m), (l, n), (l, m)
+        The four matrices.
+    states : tuple of str
+        Names of the states.
+    scale : ndarray, shape (n,)
+        Sizes that make the states comparable; they only serve the numerics.
+    front, back : StateSpace or None
+        The two spaces in series that this one was made of by `then`.
+
+    """
+
+    a: np.ndarray
+    b: np.ndarray
+    c: np.ndarray
+    d: np.ndarray
+    states: tuple = ()
+    scale: np.ndarray = None
+    front: 'StateSpace' = None
+    back: 'StateSpace' = None
+
+    def then(self, back):
+        """Return this space in front of another: the augmented system, eq. (25)."""
+        if self.c.shape[0] != back.b.shape[1]:
+            raise ValueError(f'the first of two systems in series has {self.c.shape[0]} outputs, '
+                             f'but the second has {back.b.shape[1]} inputs; make them equal')
+        a = np.block([[self.a, np.zeros((len(self.a), len(back.a)))],
+                      [back.b @ self.c, back.a]])
+        return StateSpace(a, np.vstack([self.b, back.b @ self.d]),
+                          np.hstack([back.d @ self.c, back.c]), back.d @ self.d,
+                          self.states + back.states, front=self, back=back)
+
+    @cached_property
+    def diagonal(self):
+        """
+        Eigenvalues (n,), right eigenvectors (n, n) and their inverse.
+
+        Two spaces in series are diagonalised one at a time and joined by eq. (26), which stays
+        sound when a filter repeats one pole on every input.
+        """
+        if self.front is not None:
+            (lf, vf, wf), (lb, vb, wb) = self.front.diagonal, self.back.diagonal
+            if np.min(np.abs(lf[:, None] - lb[None, :])) <= 1e-9 * np.max(np.abs(lb)):
+                raise ValueError('a pole of the filter equals a pole of the system; move the '
+                                 'corner of the filter a little')
+            coupled = wb @ (self.back.b @ self.front.c) @ vf / (lf[None, :] - lb[:, None])
+            none = np.zeros((len(lf), len(lb)))
+            return (np.concatenate([lf, lb]), np.block([[vf, none], [vb @ coupled, vb]]),
+                    np.block([[wf, none], [-coupled @ wf, wb]]))
+        scale = np.ones(len(self.a)) if self.scale is None else self.scale
+        values, vectors = np.linalg.eig(self.a * scale[:, None] / scale[None, :])
+        # LAPACK gives the pair of a complex value as exact conjugates, and this keeps it so.
+        condition = np.linalg.cond(vectors) if len(values) else 1.0
+        if not condition < WORST_CONDITION:
+            raise ValueError(f'the modes of the system are not independent (condition '
+                             f'{condition:.1e} of the eigenvectors): two of its poles coincide; '
+                             'change a damping, a stiffness or a controller a little')
+        inverse = np.linalg.inv(vectors)
+        return values.astype(complex), vectors / scale[:, None], inverse * scale[None, :]
+
+    def modes(self):
+        """Return the eigenvalues (n,) and the shapes C v at the outputs (l, n)."""
+        values, vectors, _ = self.diagonal
+        return values, self.c @ vectors
+
+    def response(self, s):
+        """Return C (s I - A)^-1 B + D at every s, shape (f, l, m), eq. (19)."""
+        values, vectors, inverse = self.diagonal
+        return _response(values, self.c @ vectors, inverse @ self.b, self.d, s)
+
+    def discrete(self, rate_hz):
+        """Return the exact sampled system for inputs held over a sample, eq. (21)."""
+        values, vectors, inverse = self.diagonal
+        step = values / rate_hz
+        # (e^z - 1) / z by its series near 0, where the quotient loses its digits.
+        small = np.abs(step) < 1e-6
+        safe = np.where(small, 1.0, step)
+        held = np.where(small, 1 + step / 2, np.expm1(safe) / safe) / rate_hz
+        pole = np.exp(step)
+        # One of each conjugate pair is enough: the real part of the sum is doubled for it.
+        keep = values.imag >= 0
+        weight = np.where(values.imag > 0, 2.0, 1.0)[keep]
+        return Sampled(
+            rate_hz=rate_hz, poles=pole[keep], weight=weight,
+            b=(held[:, None] * (inverse @ self.b))[keep], c=(self.c @ vectors)[:, keep],
+            d=self.d, vectors=vectors[:, keep], inverse=inverse[keep])
+
+
+@dataclass(frozen=True, eq=False)
+class Sampled:
+    """
+    Sampled system in modal coordinates, z(k+1) = poles z(k) + b u(k), eq. (21).
+
+    y(k) = Re(c weight z(k)) + d u(k); only one of each conjugate pair is kept, with weight 2.
+    `vectors` and `inverse` lead to and from the physical state.
+    """
+
+    rate_hz: float
+    poles: np.ndarray
+    weight: np.ndarray
+    b: np.ndarray
+    c: np.ndarray
+    d: np.ndarray
+    vectors: np.ndarray
+    inverse: np.ndarray
+
+    def response(self, z):
+        """Return the transfer function at every z = exp(j omega dt), (f, l, m), eq. (22)."""
+        poles, c, b, _ = self._both()
+        return _response(poles, c, b, self.d, z)
+
+    def state_covariance(self, input_covariance):
+        """
+        Return the stationary covariance of the physical state, (n, n), eq. (23).
+
+        A mode that takes longer than an hour to settle has no stationary state on the time
+        scale of a record; it counts as zero.
+        """
+        poles, _, b, vectors = self._both()
+        slow = 1 - np.abs(poles) < 1 / (3600 * self.rate_hz)
+        b = np.where(slow[:, None], 0, b)
+        away = np.where(slow[:, None] | slow[None, :], np.inf,
+                        1 - poles[:, None] * poles.conj()[None, :])
+        return (vectors @ ((b @ input_covariance @ b.conj().T) / away) @ vectors.conj().T).real
+
+    def _both(self):
+        """Return poles, c, b and vectors with both of each conjugate pair."""
+        pair = self.weight > 1
+        return (np.concatenate([self.poles, self.poles[pair].conj()]),
+                np.hstack([self.c, self.c[:, pair].conj()]),
+                np.vstack([self.b, self.b[pair].conj()]),
+                np.hstack([self.vectors, self.vectors[:, pair].conj()]))
+
+
+def _response(poles, c, b, d, s):
+    away = 1.0 / (np.asarray(s)[:, None] - poles[None, :])
+    return np.matmul(c[None] * away[:, None, :], b) + d

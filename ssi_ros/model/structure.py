@@ -1,0 +1,164 @@
+"""
+The coupled spacecraft: hub and arrays in one set of matrices, eq. (10) to (16) of docs/theory.md.
+
+Freedoms are theta (3), then the modal coordinates eta of array after array, then, only with
+`explicit_hinges`, the angle alpha of each hinge.
+"""
+from dataclasses import replace
+import math
+
+import numpy as np
+from scipy.linalg import block_diag, eigh
+
+from ssi_ros.model.excitation import White
+from ssi_ros.model.plate import plate_modes
+from ssi_ros.model.sensors import Noise
+from ssi_ros.model.spacecraft import INFINITE, on_array
+from ssi_ros.model.system import System
+
+RESIDUAL_DAMPING = 0.5      # see `_array_matrices`
+
+
+def assemble(spacecraft, explicit_hinges=False):
+    """
+    Build the coupled system M X'' + D X' + K X = B u with its excitation and sensor chain.
+
+    Parameters
+    ----------
+    spacecraft : Spacecraft
+        The numbers.
+    explicit_hinges : bool
+        Keep the angle of every hinge of finite stiffness as a freedom of its own, which a
+        nonlinear hinge needs; otherwise the modes of the array contain it.
+
+    Returns
+    -------
+    System
+
+    Raises
+    ------
+    ValueError
+        If a mesh cannot carry the modes asked for.
+
+    """
+    parts = [_array_matrices(a, explicit_hinges) for a in spacecraft.arrays]
+    inertia = np.array(spacecraft.hub.inertia_kg_m2) + sum(
+        _array_inertia(a) for a in spacecraft.arrays)
+    # Letters of the theory: J whole inertia, H = [H_1 H_2], M, D, K.
+    h = np.hstack([p['coupling'] for p in parts])
+    mass = np.block([[inertia, h], [h.T, block_diag(*[p['mass'] for p in parts])]])
+    damping = block_diag(-_cross(spacecraft.momentum_n_m_s), *[p['damping'] for p in parts])
+    stiffness = block_diag(np.zeros((3, 3)), *[p['stiffness'] for p in parts])
+    dofs = ['theta_x', 'theta_y', 'theta_z'] + [d for p in parts for d in p['dofs']]
+    # Hinge angles go last, so that the first freedoms do not depend on there being hinges.
+    order = sorted(range(len(dofs)), key=lambda i: dofs[i].endswith('_hinge'))
+    pick = np.ix_(order, order)
+    dofs = tuple(dofs[i] for i in order)
+    modal = tuple(d for d in dofs if '_eta' in d)
+    inputs = ('torque_x', 'torque_y', 'torque_z') + tuple(
+        d.replace('_eta', '_force') for d in modal) + tuple(
+        d for d in dofs if d.endswith('_hinge'))
+    sensor = np.array([displacement_row(spacecraft, s.array, s.along_m, s.lateral_m,
+                                        explicit_hinges) for s in spacecraft.sensors])
+    return System(
+        mass=mass[pick], damping=damping[pick], stiffness=stiffness[pick],
+        input=np.eye(len(dofs)), sensor=sensor, dofs=dofs, inputs=inputs,
+        channels=tuple(s.name for s in spacecraft.sensors),
+        excitation=default_excitation(spacecraft),
+        chain=(Noise((spacecraft.noise_rms_m_s2,) * len(spacecraft.sensors)),),
+        rate_hz=spacecraft.rate_hz)
+
+
+def default_excitation(spacecraft):
+    """Return the ambient excitation of a spacecraft: white torque and process noise."""
+    levels = spacecraft.excitation
+    forces = tuple(f'{a.name}_force{i + 1}' for a in spacecraft.arrays for i in range(a.modes))
+    return (White('torque', ('torque_x', 'torque_y', 'torque_z'), levels.torque_rms_n_m),
+            White('process_noise', forces, (levels.process_noise_rms,) * len(forces)))
+
+
+def displacement_row(spacecraft, array, along_m, lateral_m, explicit_hinges=False):
+    """
+    Return the row r that gives the displacement along z_b of a point, w = r X, eq. (14).
+
+    Parameters
+    ----------
+    spacecraft : Spacecraft
+        The numbers.
+    array : str
+        Name of the array that the point is on.
+    along_m, lateral_m : float
+        Distance from the root, and position along x_b [m].
+    explicit_hinges : bool
+        As in `assemble`.
+
+    Returns
+    -------
+    ndarray, shape (n,), [m/rad | kg^-0.5]
+
+    """
+    own = spacecraft.array(array)
+    on_array(own, along_m, lateral_m)
+    row, hinges = [own.side * (own.root_m + along_m), -lateral_m, 0.0], []
+    for a in spacecraft.arrays:
+        shapes = _modes(a, explicit_hinges).at(along_m, lateral_m) if a is own else 0.0
+        row.extend(np.broadcast_to(shapes, a.modes))
+        if explicit_hinges and math.isfinite(a.hinge_n_m_rad):
+            hinges.append(along_m if a is own else 0.0)
+    return np.array(row + hinges)
+
+
+def add_point_mass(system, row, mass_kg):
+    """Return the system with a mass added at the point of a displacement row, eq. (15)."""
+    if not mass_kg >= 0.0:
+        raise ValueError(f'mass_kg={mass_kg:g} must be zero or more [kg]')
+    return replace(system, mass=system.mass + mass_kg * np.outer(row, row))
+
+
+def _modes(array, explicit_hinges):
+    hinge = INFINITE if explicit_hinges else array.hinge_n_m_rad
+    return plate_modes(array.plate, array.modes, hinge)
+
+
+def _array_inertia(array):
+    """Return the inertia of the undeformed array about the hub centre, (3, 3), [kg m^2]."""
+    p, r = array.plate, array.root_m
+    area = p.area_density_kg_m2
+    about_x = area * p.width_m * ((r + p.length_m) ** 3 - r ** 3) / 3
+    about_y = area * p.length_m * p.width_m ** 3 / 12
+    return np.diag([about_x, about_y, about_x + about_y])
+
+
+def _array_matrices(array, explicit_hinges):
+    """Return mass, damping, stiffness, coupling (3, n) and names of one array's freedoms."""
+    modes = _modes(array, explicit_hinges)
+    omega = 2 * math.pi * modes.frequencies_hz
+    one, along, lateral = modes.moments()
+    # H = integral of rho h (y, -x, 0) phi, with y = side (root + along), eq. (11).
+    coupling = np.array([array.side * (array.root_m * one + along), -lateral, 0 * one])
+    names = [f'{array.name}_eta{i + 1}' for i in range(array.modes)]
+    xi = array.damping_ratio
+    if not (explicit_hinges and math.isfinite(array.hinge_n_m_rad)):
+        return {'mass': np.eye(array.modes), 'damping': np.diag(2 * xi * omega),
+                'stiffness': np.diag(omega ** 2), 'coupling': coupling, 'dofs': names}
+    # Hinge: w = phi eta + along alpha. Every mode of the hinged array has the damping ratio xi
+    # but the last, which stands for the static give of all higher ones and has no life of its own.
+    p = array.plate
+    area = p.area_density_kg_m2 * p.width_m
+    own = area * p.length_m ** 3 / 3
+    mass = np.block([[np.eye(array.modes), along[:, None]], [along[None, :], np.array([[own]])]])
+    stiffness = np.diag(np.append(omega ** 2, array.hinge_n_m_rad))
+    squares, shapes = eigh(stiffness, mass)
+    ratios = np.append(np.full(array.modes, xi), RESIDUAL_DAMPING)
+    half = mass @ shapes
+    damping = (half * (2 * ratios * np.sqrt(squares))) @ half.T
+    swing = array.side * (array.root_m * area * p.length_m ** 2 / 2 + own)
+    coupling = np.column_stack([coupling, [swing, 0.0, 0.0]])
+    return {'mass': mass, 'damping': damping, 'stiffness': stiffness, 'coupling': coupling,
+            'dofs': names + [f'{array.name}_hinge']}
+
+
+def _cross(v):
+    """Return the matrix that takes w to the cross product v x w."""
+    x, y, z = v
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
