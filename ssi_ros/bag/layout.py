@@ -81,9 +81,9 @@ class Topic:
 
     Attributes
     ----------
-    name, type_name : str
+    name, type : str
         Topic and `pkg/msg/Type`.
-    profiles : list of dict
+    qos : tuple of dict
         Offered quality of service in the plain form of rosbag2.
     definition, type_hash : str
         Definition text and RIHS01 hash; empty where a bag does not tell.
@@ -95,8 +95,8 @@ class Topic:
     """
 
     name: str
-    type_name: str
-    profiles: tuple = ()
+    type: str  # noqa: A003, the word of ROS
+    qos: tuple = ()
     definition: str = ''
     type_hash: str = ''
     encoding: str = 'cdr'
@@ -105,12 +105,12 @@ class Topic:
 
 def channel_metadata(topic):
     """Return the metadata of the topic's MCAP channel: words to words."""
-    profiles = list(topic.profiles)
+    profiles = list(topic.qos)
     text = yaml.safe_dump(profiles, sort_keys=False).strip() if profiles else ''
     return {'offered_qos_profiles': text, 'topic_type_hash': topic.type_hash}
 
 
-def information(topics, files, custom_data=None, storage='mcap'):
+def information(topics, files, custom_data=None):
     """
     Return what metadata.yaml holds below its root.
 
@@ -138,12 +138,12 @@ def information(topics, files, custom_data=None, storage='mcap'):
 
     whole = span(start, end)
     return {
-        'version': 9, 'storage_identifier': storage, 'duration': whole['duration'],
+        'version': 9, 'storage_identifier': 'mcap', 'duration': whole['duration'],
         'starting_time': whole['starting_time'], 'message_count': sum(f[3] for f in files),
         'topics_with_message_count': [
             {'topic_metadata': {
-                'name': t.name, 'type': t.type_name, 'serialization_format': t.encoding,
-                'offered_qos_profiles': list(t.profiles), 'type_description_hash': t.type_hash},
+                'name': t.name, 'type': t.type, 'serialization_format': t.encoding,
+                'offered_qos_profiles': list(t.qos), 'type_description_hash': t.type_hash},
              'message_count': t.count} for t in topics],
         'compression_format': '', 'compression_mode': '',
         'relative_file_paths': [f[0] for f in files],

@@ -32,7 +32,7 @@ def write_samples(path, samples, *, topics=None, frame_ids=None, extra=None, pro
     extra : dict, optional
         Words to words, kept as custom_data in metadata.yaml (a seed, a command).
     progress : callable, optional
-        Called as `progress(rows_done, rows)` after each chunk.
+        Called with the share done, 0 to 1, after each chunk.
 
     Raises
     ------
@@ -55,7 +55,7 @@ def write_samples(path, samples, *, topics=None, frame_ids=None, extra=None, pro
             if block is not None:
                 bag.write_block(block)
             if progress is not None:
-                progress(min(first + step, len(stamps)), len(stamps))
+                progress(min(1.0, (first + step) / len(stamps)))
 
 
 def _check(samples, topics, frames):
@@ -76,45 +76,81 @@ def _check(samples, topics, frames):
                              'the range of a ROS time, 1970 to 2038')
 
 
+def encode_accel(stamps_ns, values, frame_id):
+    """
+    Return the CDR bytes of AccelStamped messages, one a sample.
+
+    Parameters
+    ----------
+    stamps_ns : ndarray of int64, shape (n,)
+        Stamps [ns].
+    values : ndarray, shape (n,)
+        Acceleration along the sensor's z axis [m/s^2].
+    frame_id : str
+        Frame of the sensor.
+
+    Returns
+    -------
+    list of bytes
+
+    """
+    dtype, fixed = _accel(frame_id)
+    messages = np.zeros(len(stamps_ns), dtype)
+    _fill(messages, fixed, np.asarray(stamps_ns, np.int64), values)
+    raw, size = messages.tobytes(), dtype.itemsize
+    return [raw[i:i + size] for i in range(0, len(raw), size)]
+
+
+def _accel(frame_id):
+    """Return AccelStamped in CDR as a packed numpy type, and its constant members."""
+    text = frame_id.encode() + b'\0'
+    pad = (4 - (4 + 12 + len(text))) % 8         # doubles align to 8 behind the 4-byte header
+    dtype = np.dtype([
+        ('head', 'V4'), ('sec', '<i4'), ('nanosec', '<u4'), ('frame_length', '<u4'),
+        ('frame', f'V{len(text)}'), ('pad', f'V{pad}'), ('linear', '<f8', 3),
+        ('angular', '<f8', 3)])
+    return dtype, {'head': np.void(b'\0\1\0\0'), 'frame_length': len(text),
+                   'frame': np.void(text)}
+
+
+def _fill(messages, fixed, stamps, values):
+    for name, value in fixed.items():
+        messages[name] = value
+    messages['sec'], messages['nanosec'] = np.divmod(stamps, 1_000_000_000)
+    messages['linear'][:, 2] = values
+
+
 class _Rows:
-    """The message records of one sampling instant as the fields of one packed numpy type."""
+    """The message records of one sampling instant as one packed numpy type."""
 
     def __init__(self, frames, channel_ids):
-        fields, self.fixed, self.ids = [], [], channel_ids
-        for i, (frame, channel) in enumerate(zip(frames, channel_ids)):
-            text = frame.encode() + b'\0'
-            pad = (4 - (4 + 12 + len(text))) % 8          # doubles align to 8 behind the header
-            size = 4 + 12 + len(text) + pad + 48
-            record = np.dtype([                            # MCAP message record, then the CDR
+        self.ids, self._fixed, records = channel_ids, [], []
+        for i, frame in enumerate(frames):
+            accel, fixed = _accel(frame)
+            records.append((f'm{i}', np.dtype([
                 ('opcode', 'u1'), ('length', '<u8'), ('channel', '<u2'), ('sequence', '<u4'),
-                ('log', '<u8'), ('publish', '<u8'), ('cdr', 'S4'), ('sec', '<i4'),
-                ('nanosec', '<u4'), ('frame_length', '<u4'), ('frame', f'V{len(text)}'),
-                ('pad', f'V{pad}'), ('linear', '<f8', 3), ('angular', '<f8', 3)])
-            fields.append((f'm{i}', record))
-            self.fixed.append({'opcode': 5, 'length': 22 + size, 'channel': channel,
-                               'cdr': b'\0\1\0\0', 'frame_length': len(text),
-                               'frame': np.void(text)})
-        self.dtype = np.dtype(fields)
-        self.sizes = np.array([d.itemsize for _, d in fields])
-        self.width = self.dtype.itemsize
+                ('log', '<u8'), ('publish', '<u8'), ('cdr', accel)])))
+            self._fixed.append(fixed)
+        self._dtype = np.dtype(records)
+        self._sizes = np.array([d.itemsize for _, d in records])
+        self.width = self._dtype.itemsize
 
     def block(self, stamps, values):
         """Return the chunk of some rows, NaN left out; None if nothing is left."""
-        rows = np.zeros(len(stamps), self.dtype)
-        for i, fixed in enumerate(self.fixed):
-            message = rows[f'm{i}']
-            for name, value in fixed.items():
-                message[name] = value
-            message['log'] = message['publish'] = stamps
-            message['sec'], message['nanosec'] = np.divmod(stamps, 1_000_000_000)
-            message['linear'][:, 2] = values[:, i]
         there = ~np.isnan(values)
         if not there.any():
             return None
+        rows = np.zeros(len(stamps), self._dtype)
+        for i, channel in enumerate(self.ids):
+            message = rows[f'm{i}']
+            message['opcode'], message['channel'] = 5, channel
+            message['length'] = 22 + message['cdr'].dtype.itemsize
+            message['log'] = message['publish'] = stamps
+            _fill(message['cdr'], self._fixed[i], stamps, values[:, i])
         records = rows.view(np.uint8).reshape(len(stamps), self.width)
         if not there.all():
-            records = records[np.repeat(there, self.sizes, axis=1)]
-        sizes = np.where(there, self.sizes, 0).ravel()
+            records = records[np.repeat(there, self._sizes, axis=1)]
+        sizes = np.where(there, self._sizes, 0).ravel()
         offsets = (np.cumsum(sizes) - sizes).reshape(there.shape)
         index = {}
         for i, channel in enumerate(self.ids):

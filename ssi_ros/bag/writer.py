@@ -109,7 +109,7 @@ class BagWriter:
         """
         if name in self.topics:
             raise ValueError(f'topic {name} is in the bag already, as '
-                             f'{self.topics[name].type_name}')
+                             f'{self.topics[name].type}')
         topic = Topic(name, type_name, tuple(profiles_of(qos)),
                       definition_of(type_name) if definition is None else definition,
                       type_hash_of(type_name) if type_hash is None else type_hash)
@@ -169,6 +169,13 @@ class BagWriter:
             if len(records) >= CHUNK_BYTES or self._clock() >= self._due:
                 self._seal()
         self._wait()
+
+    def flush_if_due(self):
+        """Hand over what waits if a flush is due; the writing thread looks too when idle."""
+        with self._lock:
+            self._check()
+            if self._clock() >= self._due:
+                self._seal()
 
     def write_block(self, block):
         """Add a chunk that is laid out already; its channels are `channel_id(topic)`."""
@@ -288,7 +295,7 @@ class BagWriter:
             'serialized_metadata': dump(self._information()).strip()})
 
     def _register(self, topic):
-        schema = self._file.add_schema(topic.type_name, topic.definition)
+        schema = self._file.add_schema(topic.type, topic.definition)
         self._file.add_channel(self._ids[topic.name], topic.name, schema,
                                channel_metadata(topic))
         self._registered.append(topic)

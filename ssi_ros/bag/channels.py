@@ -1,0 +1,177 @@
+"""Read channels of a bag, one number of one topic each, into arrays."""
+from collections import Counter
+from dataclasses import dataclass
+
+import numpy as np
+
+from .cdr import field_reader
+from .read import Bag, open_bag
+from .schema import numeric_fields, short_name
+
+DEFAULT_TYPE, DEFAULT_FIELD = 'geometry_msgs/msg/AccelStamped', 'accel.linear.z'
+_BATCH = 50_000                 # messages of a topic that are turned into arrays at once
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One number of one topic; without a type, the bag's."""
+
+    topic: str
+    type: str = ''  # noqa: A003, the word of ROS
+    field: str = DEFAULT_FIELD
+    name: str = ''
+
+    def __post_init__(self):
+        if not self.name:
+            leaf = self.topic.rsplit('/', 1)[-1]
+            object.__setattr__(self, 'name', leaf if self.field == DEFAULT_FIELD
+                               else f'{leaf}.{self.field}')
+
+
+@dataclass(frozen=True)
+class Recording:
+    """
+    Channels read from a bag; each has its own stamps.
+
+    Attributes
+    ----------
+    channels : tuple of Channel
+        What was read.
+    stamps_ns : tuple of ndarray of int64
+        Header stamps [ns] in the order of arrival; log times where `by_log_time` says so.
+    values : tuple of ndarray
+        The field's values.
+    arrivals_ns : tuple of ndarray of int64
+        Log times [ns], not falling.
+    by_log_time : tuple of bool
+        Whether a channel is stamped by log time: its type has no header, or all its header
+        stamps are 0.
+
+    """
+
+    channels: tuple
+    stamps_ns: tuple
+    values: tuple
+    arrivals_ns: tuple
+    by_log_time: tuple
+
+    @property
+    def names(self):
+        """Return the names of the channels."""
+        return tuple(c.name for c in self.channels)
+
+
+def find_channels(bag):
+    """
+    Return the accelerometer channels of a bag.
+
+    Raises
+    ------
+    ValueError
+        If it has none; lists the numeric topics it has.
+
+    """
+    topics = [t.name for t in bag.topics if t.type == DEFAULT_TYPE and t.count]
+    if topics:
+        leaves = Counter(t.rsplit('/', 1)[-1] for t in topics)
+        return tuple(Channel(t, DEFAULT_TYPE, DEFAULT_FIELD, t.rsplit('/', 1)[-1]
+                             if leaves[t.rsplit('/', 1)[-1]] == 1 else t.strip('/'))
+                     for t in topics)
+    if not bag.message_count:
+        raise ValueError(f'{bag.path} holds no messages; record again, with the topics published')
+    numeric = []
+    for t in bag.topics:
+        try:
+            fields = numeric_fields(t.type, t.definition) if t.definition else ()
+        except ValueError:
+            fields = ()
+        likely = [f for f in fields if '.stamp.' not in f]
+        if likely:
+            numeric.append(f'{t.name} ({t.type}: {", ".join(likely[:4])}'
+                           f'{", ..." if len(likely) > 4 else ""})')
+    raise ValueError(f'{bag.path} has no {DEFAULT_TYPE} topic; name channels as TOPIC:FIELD. '
+                     'Its numeric topics: ' + ('; '.join(numeric) or 'none'))
+
+
+def _readers(bag, channels):
+    readers = {}
+    for i, c in enumerate(channels):
+        topic = bag.topic(c.topic)
+        if c.type and short_name(c.type) != short_name(topic.type):
+            raise ValueError(f'{c.topic} is of type {topic.type} in {bag.path}, not {c.type}; '
+                             'correct the type of the channel')
+        if topic.encoding != 'cdr' or not topic.definition:
+            raise ValueError(f'{c.topic} is of type {topic.type} encoded as {topic.encoding!r} '
+                             f'in {bag.path}, without a ros2msg definition; only CDR messages '
+                             'with their definition can be read')
+        readers.setdefault(c.topic, []).append(
+            (i, field_reader(topic.type, c.field, topic.definition)))
+    return readers
+
+
+def read_channels(path, channels=None, progress=None):
+    """
+    Read channels of a bag into arrays.
+
+    Parameters
+    ----------
+    path : str, Path or Bag
+        The bag.
+    channels : sequence of Channel, optional
+        What to read; its accelerometer channels if not given.
+    progress : callable, optional
+        Called with the share done, 0 to 1.
+
+    Returns
+    -------
+    Recording
+
+    Raises
+    ------
+    ValueError
+        If the bag or a channel cannot be read; lists what exists.
+
+    """
+    bag = path if isinstance(path, Bag) else open_bag(path)
+    channels = tuple(channels) if channels is not None else find_channels(bag)
+    readers = _readers(bag, channels)
+    waiting = {topic: ([], []) for topic in readers}
+    parts = [([], [], []) for _ in channels]
+
+    def convert(topic):
+        logs, raws = waiting[topic]
+        for i, reader in readers[topic]:
+            try:
+                stamps, values = reader.read_many(raws)
+            except ValueError as error:
+                raise ValueError(f'{topic} in {bag.path}: {error}') from None
+            for part, column in zip(parts[i], (stamps, values, np.array(logs, np.int64))):
+                part.append(column)
+        waiting[topic] = ([], [])
+
+    for done, (_, _, found) in enumerate(bag.pieces(topics=list(readers))):
+        for topic, (logs, _, raws) in found.items():
+            waiting[topic][0].extend(logs)
+            waiting[topic][1].extend(raws)
+            if len(waiting[topic][1]) >= _BATCH:
+                convert(topic)
+        if progress is not None:
+            progress((done + 1) / len(bag.sources))
+    for topic in readers:
+        convert(topic)
+    return _recording(channels, parts)
+
+
+def _recording(channels, parts):
+    columns = []
+    for stamps, values, logs in parts:
+        logs, values = np.concatenate(logs), np.concatenate(values)
+        by_log = stamps[0] is None
+        stamps = logs if by_log else np.concatenate(stamps)
+        if len(stamps) > 1 and not stamps.any():
+            stamps, by_log = logs, True
+        if (np.diff(logs) < 0).any():                # pieces overlap: back to order of arrival
+            order = np.argsort(logs, kind='stable')
+            stamps, values, logs = stamps[order], values[order], logs[order]
+        columns.append((stamps, values, logs, by_log))
+    return Recording(channels, *zip(*columns)) if columns else Recording((), (), (), (), ())
