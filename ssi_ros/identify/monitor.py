@@ -1,0 +1,214 @@
+"""
+The sliding window: rows in, modes out.
+
+Every result is computed from whole hops, so it does not depend on how the rows arrive.
+"""
+import numpy as np
+
+from ssi_ros.identify.bands import plan_bands, Thinner
+from ssi_ros.identify.lags import Ring
+from ssi_ros.identify.modes import band_modes
+from ssi_ros.identify.settings import Identification
+from ssi_ros.identify.shapes import mac
+from ssi_ros.identify.track import track, Tracks
+from ssi_ros.records import Mode, Pole, WindowModes
+from threadpoolctl import threadpool_limits
+
+CHANNELS_MAX = 64
+SIZE = 120              # side l i of the covariance matrix that automatic block rows aim at
+
+
+def block_rows_for(channels, settings):
+    """Return the block rows i: the setting, or one that suits the number of channels."""
+    return settings.block_rows or int(np.clip(round(SIZE / channels), 8, 60))
+
+
+class Monitor:
+    """
+    Identify the modes of a stream on sliding windows.
+
+    Parameters
+    ----------
+    channels : sequence of str
+        Names, 1 to 64.
+    rate_hz : float
+        Rate of the rows [Hz].
+    start_ns : int
+        Stamp of the first row [ns].
+    settings : Identification
+        Settings.
+
+    Raises
+    ------
+    ValueError
+        For settings that the rate or the channels cannot serve.
+
+    """
+
+    def __init__(self, channels, rate_hz, start_ns=0, settings=Identification()):
+        self.channels, self.rate_hz = tuple(channels), float(rate_hz)
+        self.start_ns, self.settings = int(start_ns), settings
+        if not 1 <= len(self.channels) <= CHANNELS_MAX:
+            raise ValueError(f'{len(self.channels)} channels given; 1 to {CHANNELS_MAX} can be '
+                             'identified together')
+        if not (np.isfinite(self.rate_hz) and self.rate_hz > 0.0):
+            raise ValueError(f'rate_hz={rate_hz} must be a positive number [Hz]')
+        if settings.hop_s * self.rate_hz < 1.0:
+            raise ValueError(f'hop_s={settings.hop_s:g} holds less than one sample at '
+                             f'{self.rate_hz:g} Hz; at least {1.0 / self.rate_hz:g} is needed')
+        self.rows = block_rows_for(len(self.channels), settings)
+        needed = 4 * self.rows
+        if settings.window_s * self.rate_hz < needed:
+            raise ValueError(
+                f'window_s={settings.window_s:g} holds {settings.window_s * self.rate_hz:.0f} '
+                f'samples at {self.rate_hz:g} Hz; block_rows={self.rows} needs {needed} or more: '
+                'lengthen window_s or lower block_rows')
+        self.bands = plan_bands(self.rate_hz, settings.window_s, settings.cycles_min,
+                                settings.bands)
+        width = len(self.channels)
+        self.thinners = [None] + [Thinner(b.factor, width) for b in self.bands[1:]]
+        self.rings = [Ring(settings.hops, 2 * self.rows - 1, width) for _ in self.bands]
+        self.waiting = np.empty((0, width))
+        self.offset = None
+        self.hop = 0                       # whole hops taken in
+        self.tracks = Tracks()
+
+    def push(self, values):
+        """
+        Take rows; return the results of the hops that they completed.
+
+        Parameters
+        ----------
+        values : ndarray, shape (n, l), [m/s^2]
+            NaN where a sample is missing.
+
+        Returns
+        -------
+        list of WindowModes
+            One for every hop that ended, once the first window is full.
+
+        """
+        values = np.asarray(values, dtype=float)
+        if values.ndim != 2 or values.shape[1] != len(self.channels):
+            raise ValueError(f'rows of shape {values.shape} given; (n, {len(self.channels)}) is '
+                             'needed, one column a channel')
+        self.waiting = np.concatenate([self.waiting, values])
+        results = []
+        with threadpool_limits(limits=1):
+            while len(self.waiting) >= (size := self._edge(self.hop + 1) - self._edge(self.hop)):
+                rows, self.waiting = self.waiting[:size].copy(), self.waiting[size:]
+                self._take(rows)
+                if self.hop >= self.settings.hops:
+                    results.append(self._identify())
+        return results
+
+    def identify_now(self):
+        """Return the modes of the whole hops that the window holds now."""
+        with threadpool_limits(limits=1):
+            return self._identify(keep=False)
+
+    def _edge(self, hop):
+        """Return the number of rows before a hop."""
+        return round(hop * self.settings.hop_s * self.rate_hz)
+
+    def _stamp(self, hop):
+        return self.start_ns + round(self._edge(hop) * 1e9 / self.rate_hz)
+
+    def _take(self, rows):
+        """Book one hop of rows in every band."""
+        rows = np.where(np.isfinite(rows), rows, np.nan)
+        if self.offset is None:            # a large constant would cost digits
+            count = np.maximum(np.count_nonzero(~np.isnan(rows), axis=0), 1)
+            self.offset = np.nansum(rows, axis=0) / count
+        rows = rows - self.offset
+        for thinner, ring in zip(self.thinners, self.rings):
+            if thinner is not None:
+                rows = thinner.push(rows)
+            ring.push(rows)
+        self.hop += 1
+
+    def _identify(self, keep=True):
+        """Identify the window that ends with the newest whole hop."""
+        filled = self.rings[0].filled
+        held_s = filled * self.settings.hop_s
+        start_ns, end_ns = self._stamp(self.hop - filled), self._stamp(self.hop)
+        reason = ''
+        if filled < self.settings.hops:
+            reason = (f'the window holds {held_s:g} s of {self.settings.window_s:g} s')
+        candidates, rejected = [], []
+        for number, (band, ring) in enumerate(zip(self.bands, self.rings)):
+            try:
+                found, left = band_modes(ring.covariances(self.settings.hop_s), band, number,
+                                         self.rows, self.settings, held_s)
+            except np.linalg.LinAlgError as error:
+                reason = reason or f'band of {band.rate_hz:g} Hz: {error}'
+                continue
+            candidates += found
+            rejected += left
+        kept, double = one_of_each(candidates)
+        rejected += double
+        modes = tuple(Mode(c.frequency_hz, c.damping_ratio, c.shape, c.frequency_std_hz,
+                           c.damping_ratio_std) for c in kept)
+        tracks, modes, births, deaths = track(self.tracks, modes)
+        if keep:
+            self.tracks = tracks
+        return WindowModes(start_ns, end_ns, modes, reason, tuple(rejected), births, deaths)
+
+
+def one_of_each(candidates):
+    """
+    Resolve the overlap of the bands: of two candidates of one mode the sharper one stays.
+
+    Returns
+    -------
+    kept : list of Candidate
+    double : list of Pole
+
+    """
+    kept, double = [], []
+    for c in sorted(candidates, key=lambda c: c.frequency_std_hz / c.frequency_hz):
+        same = [k for k in kept if k.band != c.band
+                and abs(k.frequency_hz - c.frequency_hz) < max(
+                    5.0 * np.hypot(k.frequency_std_hz, c.frequency_std_hz),
+                    0.002 * c.frequency_hz)
+                and mac(k.shape[None], c.shape[None])[0, 0] > 0.7]
+        if same:
+            double.append(Pole(c.frequency_hz, c.damping_ratio, 0,
+                               f'the band that found {same[0].frequency_hz:.4g} Hz is sharper'))
+        else:
+            kept.append(c)
+    return kept, double
+
+
+def identify(samples, settings=Identification(), progress=None):
+    """
+    Identify the modes of a whole record on sliding windows.
+
+    Parameters
+    ----------
+    samples : Samples
+        The record.
+    settings : Identification
+        Settings.
+    progress : callable, optional
+        Called with (hops done, hops in all).
+
+    Returns
+    -------
+    tuple of WindowModes
+        One a hop; for a record shorter than the window one that says what is missing.
+
+    """
+    monitor = Monitor(samples.channels, samples.rate_hz, samples.start_ns, settings)
+    total = int(samples.duration_s / settings.hop_s + 1e-9)
+    windows = []
+    for hop in range(total):
+        windows += monitor.push(samples.values[monitor._edge(hop):monitor._edge(hop + 1)])
+        if progress is not None:
+            progress(hop + 1, total)
+    if not windows:
+        end_ns = samples.start_ns + round(samples.duration_s * 1e9)
+        reason = (f'the record holds {samples.duration_s:g} s; the window needs '
+                  f'{settings.window_s:g} s: shorten window_s or record longer')
+        windows.append(WindowModes(samples.start_ns, end_ns, (), reason))
+    return tuple(windows)

@@ -1,0 +1,205 @@
+"""
+From covariances to the poles of every model order: SSI-COV with CVA or UPC weights.
+
+Eq. (45) to (52) of docs/theory-identification.md. One factorisation serves all orders.
+"""
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import solve_triangular
+from scipy.linalg.lapack import dgeev
+
+RIDGE = 1e-9        # of the mean variance: keeps the Cholesky factor of noise-free data alive
+RIDGES = (1e-9, 1e-7, 1e-5, 1e-4, 1e-3, 1e-2)
+RANK = 1e-7         # singular values below this share of the largest are rounding
+
+
+@dataclass(frozen=True)
+class Factors:
+    """
+    The factorisation of one window's covariances.
+
+    Attributes
+    ----------
+    observability : ndarray, shape (l i, r)
+        Gamma, eq. (47), columns by falling singular value.
+    inputs : ndarray, shape (l i, r)
+        W^-T V S^-1/2: what a change of the covariances meets on its right, eq. (53).
+    last_input : ndarray, shape (r, l)
+        G, the last block column of Delta.
+    singular_values : ndarray, shape (r,)
+        Canonical correlations (CVA) or singular values (UPC).
+    upper, lower : ndarray, shape (r, r)
+        R and Q^T Gamma_down of the shift equation, eq. (49).
+    q : ndarray, shape (l (i - 1), r)
+        Q of Gamma_up = Q R.
+    channels : int
+        Number of channels l.
+
+    """
+
+    observability: np.ndarray
+    inputs: np.ndarray
+    last_input: np.ndarray
+    singular_values: np.ndarray
+    upper: np.ndarray
+    lower: np.ndarray
+    q: np.ndarray
+    channels: int
+
+
+@dataclass(frozen=True)
+class Poles:
+    """
+    Poles of one order with positive imaginary part, one a row.
+
+    Attributes
+    ----------
+    order : int
+        Model order n.
+    mu : ndarray, shape (p,)
+        Discrete eigenvalues.
+    frequency_hz, damping_ratio : ndarray, shape (p,)
+        |lambda| / 2 pi and -Re(lambda) / |lambda|, eq. (51).
+    shapes : ndarray, shape (p, l)
+        C phi of the scaled channels, largest component 1.
+    power : ndarray, shape (p,)
+        Share of the variance of the scaled channels that the pole explains, eq. (52).
+    right, left : ndarray, shape (n, p) and (p, n)
+        Eigenvectors phi and rows chi^H with chi^H phi = 1.
+
+    """
+
+    order: int
+    mu: np.ndarray
+    frequency_hz: np.ndarray
+    damping_ratio: np.ndarray
+    shapes: np.ndarray
+    power: np.ndarray
+    right: np.ndarray
+    left: np.ndarray
+
+
+def toeplitz(values, rows, first):
+    """Return the block Toeplitz matrix with block (p, q) = Lambda_(first + p - q), eq. (45)."""
+    width = values.shape[1]
+    every = np.concatenate([values[:0:-1].transpose(0, 2, 1), values])   # -K ... K
+    zero = len(values) - 1
+    index = zero + first + np.subtract.outer(np.arange(rows), np.arange(rows))
+    return every[index].transpose(0, 2, 1, 3).reshape(rows * width, rows * width)
+
+
+def _square_root(values, rows):
+    """Return W with W W^T = covariance of i successive samples, eq. (46)."""
+    weight = toeplitz(values, rows, 0)
+    unit = np.eye(len(weight)) * np.trace(weight) / len(weight)
+    try:
+        return np.linalg.cholesky(weight + RIDGE * unit)
+    except np.linalg.LinAlgError:
+        pass
+    # short records of slow modes: the estimate is not positive definite, so it is smoothed by a
+    # triangular lag window, and lifted as little as it takes; any weight leaves the poles right
+    fade = 1.0 - np.arange(len(values)) / len(values)
+    weight = toeplitz(values * fade[:, None, None], rows, 0)
+    for ridge in RIDGES:
+        try:
+            return np.linalg.cholesky(weight + ridge * unit)
+        except np.linalg.LinAlgError:
+            pass
+    raise np.linalg.LinAlgError('the covariances of the window are not positive definite')
+
+
+def factorise(covariances, rows, rank, weighting='cva'):
+    """
+    Factorise the covariances into observability and controllability, eq. (46) and (47).
+
+    Parameters
+    ----------
+    covariances : Covariances
+        Lags 0 to 2 i - 1 at least; lag 0 only enters the weight.
+    rows : int
+        Block rows i.
+    rank : int
+        How many columns to keep.
+    weighting : str
+        'cva' or 'upc'.
+
+    Returns
+    -------
+    Factors
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        If the covariances of the window are not positive definite.
+
+    """
+    values = covariances.values
+    width = values.shape[1]
+    t = toeplitz(values, rows, rows)
+    if weighting == 'cva':
+        w = _square_root(values, rows)
+        t = solve_triangular(w, t, lower=True, check_finite=False)
+        t = solve_triangular(w, t.T, lower=True, check_finite=False).T
+    # the left subspace from t t^T costs half of an SVD; it is exact down to RANK
+    squares, u = np.linalg.eigh(t @ t.T)
+    squares, u = squares[::-1], u[:, ::-1]
+    rank = min(rank, int(np.count_nonzero(squares > RANK ** 2 * max(squares[0], 1e-300))))
+    s = np.sqrt(squares[:rank])
+    u = u[:, :rank]
+    v = (t.T @ u) / s
+    gamma, delta = u * np.sqrt(s), v * np.sqrt(s)
+    inputs = v / np.sqrt(s)
+    if weighting == 'cva':
+        gamma, delta = w @ gamma, w @ delta
+        inputs = solve_triangular(w, inputs, lower=True, trans='T', check_finite=False)
+    q, upper = np.linalg.qr(gamma[:-width])
+    return Factors(gamma, inputs, delta[-width:].T, s, upper, q.T @ gamma[width:], q, width)
+
+
+def noise_floor(rows, channels, pairs):
+    """
+    Return the largest canonical correlation that pure noise gives, eq. (48).
+
+    Wachter's edge for two sets of l i variates and N samples, 2 sqrt(c (1 - c)), c = l i / N
+    (Annals of Statistics 8, 1980).
+    """
+    c = min(0.5, rows * channels / max(pairs, 1.0))
+    return 2.0 * np.sqrt(c * (1.0 - c))
+
+
+def poles_of(factors, order, rate_hz):
+    """
+    Return the poles of one model order, eq. (49) to (52).
+
+    Parameters
+    ----------
+    factors : Factors
+        Of the window.
+    order : int
+        Model order n, at most the columns of the factors.
+    rate_hz : float
+        Sampling rate of the band [Hz].
+
+    Returns
+    -------
+    Poles
+
+    """
+    n = order
+    a = solve_triangular(factors.upper[:n, :n], factors.lower[:n, :n], check_finite=False)
+    real, imag, _, packed, _ = dgeev(a, compute_vl=0)
+    pairs = np.flatnonzero(imag > 0.0)        # LAPACK stores (re, im) of a pair side by side
+    right = packed.astype(complex)
+    right[:, pairs] += 1j * packed[:, pairs + 1]
+    right[:, pairs + 1] = right[:, pairs].conj()
+    left = np.linalg.inv(right)[pairs]
+    right = right[:, pairs]
+    mu = real[pairs] + 1j * imag[pairs]
+    lam = np.log(mu) * rate_hz
+    shapes = (factors.observability[:factors.channels, :n] @ right).T
+    gains = left @ factors.last_input[:n]
+    power = 2.0 * np.abs((shapes * gains / mu[:, None]).real.sum(axis=1)) / factors.channels
+    top = np.take_along_axis(shapes, np.abs(shapes).argmax(axis=1)[:, None], axis=1)
+    return Poles(n, mu, np.abs(lam) / (2.0 * np.pi), -lam.real / np.abs(lam), shapes / top,
+                 power, right, left)

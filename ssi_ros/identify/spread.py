@@ -1,0 +1,135 @@
+"""
+Spreads of frequency, damping and shape, to first order, in the space of the lags.
+
+A pole is a smooth function of the lag covariances. Its first-order change is one linear
+functional of them, of rank one in the Toeplitz matrix, eq. (53), so that it folds into one weight
+per lag, eq. (54). The data blocks then give the variance of a scalar, eq. (55) and (56). No
+Kronecker product and no covariance of covariances is formed. After Doehler and Mevel,
+Mechanical Systems and Signal Processing 38 (2013) 346-366; the folding is ours.
+"""
+import numpy as np
+
+
+def functionals(factors, poles, which, rows):
+    """
+    Return the left and right vectors of the functional of every pole, eq. (53).
+
+    Parameters
+    ----------
+    factors : Factors
+        Of the window.
+    poles : Poles
+        Of one order.
+    which : ndarray of int, shape (p,)
+        Poles wanted.
+    rows : int
+        Block rows i.
+
+    Returns
+    -------
+    a, b : ndarray, shape (p, i, l), complex
+        d mu = sum over block rows r, s of a_r^T dLambda_(i + r - s) b_s.
+
+    """
+    n, width = poles.order, factors.channels
+    mu = poles.mu[which][:, None]
+    pick = np.linalg.solve(factors.upper[:n, :n].T, poles.left[which].T).T
+    project = pick @ factors.q[:, :n].T
+    a = np.zeros((len(which), rows * width), dtype=complex)
+    a[:, width:] = project
+    a[:, :-width] -= mu * project
+    b = (factors.inputs[:, :n] @ poles.right[:, which]).T
+    return a.reshape(-1, rows, width), b.reshape(-1, rows, width)
+
+
+def lag_weights(a, b):
+    """
+    Fold rank-one functionals of the Toeplitz matrix into weights of the lags, eq. (54).
+
+    Parameters
+    ----------
+    a, b : ndarray, shape (p, i, l), complex
+        From `functionals`.
+
+    Returns
+    -------
+    ndarray, shape (p, 2 i - 1, l, l), complex
+        g_k for k = 1 ... 2 i - 1: d mu = sum_k sum_cd g_k[c, d] dLambda_k[c, d].
+
+    """
+    rows = a.shape[1]
+    size = 2 * rows
+    ahead = np.fft.fft(a, size, axis=1)
+    back = np.fft.fft(b[:, ::-1], size, axis=1)      # reversed: the sum over r - s is a product
+    return np.fft.ifft(ahead[:, :, :, None] * back[:, :, None, :], axis=1)[:, :2 * rows - 1]
+
+
+def pole_spreads(covariances, weights, mu, rate_hz, window_s):
+    """
+    Return the spreads of frequency and damping of poles.
+
+    Parameters
+    ----------
+    covariances : Covariances
+        With its data blocks.
+    weights : ndarray, shape (p, 2 i - 1, l, l)
+        From `lag_weights`.
+    mu : ndarray, shape (p,)
+        Discrete eigenvalues.
+    rate_hz, window_s : float
+        Rate of the band [Hz] and length of what the blocks hold [s].
+
+    Returns
+    -------
+    frequency_std_hz, damping_ratio_std : ndarray, shape (p,)
+        Standard deviations, eq. (57); NaN with fewer than 4 blocks.
+
+    """
+    lam = np.log(mu) * rate_hz
+    p = len(mu)
+    lags = weights.shape[1]
+    size = weights.shape[2] ** 2
+    blocks = covariances.blocks[:, size:size * (lags + 1)]
+    changes = weights.reshape(p, -1) @ blocks.T
+    changes *= (rate_hz / mu)[:, None]                # d lambda = d mu / (mu dt)
+    radius = np.abs(lam)
+    df = (changes * lam.conj()[:, None]).real / radius[:, None] / (2.0 * np.pi)
+    damping = -lam.real / radius
+    dx = (-changes.real - damping[:, None] * 2.0 * np.pi * df) / radius[:, None]
+    memory = long_run(radius * np.abs(damping), covariances.block_s, window_s)
+    factor = len(blocks) * memory
+    if len(blocks) < 4:
+        return np.full(p, np.nan), np.full(p, np.nan)
+    return (np.sqrt(factor * df.var(axis=1, ddof=1)), np.sqrt(factor * dx.var(axis=1, ddof=1)))
+
+
+def long_run(decay, block_s, window_s):
+    """
+    Return what the sample variance of the blocks must be multiplied by, eq. (56).
+
+    The blocks of a lightly damped mode are correlated: its energy remembers 1 / (2 decay). For
+    that exponential memory the variance of the mean of the window over the expected sample
+    variance of its blocks is known in closed form.
+
+    Parameters
+    ----------
+    decay : ndarray
+        Decay rates [1/s].
+    block_s, window_s : float
+        Length of a block and of the window [s].
+
+    Returns
+    -------
+    ndarray
+        1 for blocks without memory, above 1 otherwise.
+
+    """
+    memory = 0.5 / np.maximum(decay, 1e-9)
+
+    def variance(length):            # of the mean over `length` of exponentially coloured noise
+        x = length / memory
+        return 2.0 / x * (1.0 - (1.0 - np.exp(-x)) / x)
+
+    number = window_s / block_s
+    whole, part = variance(window_s), variance(block_s)
+    return (number - 1.0) * whole / (part - whole)

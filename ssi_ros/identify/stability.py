@@ -1,0 +1,125 @@
+"""
+From the poles of all orders to the modes of a band: stabilisation without a chart.
+
+A pole that belongs to the structure comes back at almost every order with the same frequency,
+damping and shape; a pole that fits noise does not. Poles are chained from order to order, one
+pole an order at most, so that a close pair that differs only in shape stays two chains. What
+happened to every other pole is kept with its reason. Section 5 of docs/theory-identification.md.
+"""
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from ssi_ros.identify.shapes import mac
+
+FREQUENCY_STEP = 0.01    # largest relative change of frequency from order to order
+MAC_STEP = 0.5           # least MAC from order to order
+SHARE = 0.6              # of the orders from its first on, in which a mode must appear
+COST_FREQUENCY = 0.003   # relative change of frequency that weighs as much as MAC 0
+COST_DAMPING = 0.02
+
+
+@dataclass
+class Chain:
+    """Poles that continue each other over the orders: (poles, index) an order."""
+
+    members: list
+    first: int               # position of the first order in the list of orders
+
+    @property
+    def last(self):
+        """Return the newest pole: (frequency, damping, shape)."""
+        poles, k = self.members[-1]
+        return poles.frequency_hz[k], poles.damping_ratio[k], poles.shapes[k]
+
+
+def orders_to_try(significant, rank, order_max, count):
+    """
+    Return the even model orders that vote.
+
+    Parameters
+    ----------
+    significant : int
+        Singular values above the noise floor.
+    rank : int
+        Columns of the factors.
+    order_max : int
+        Setting of the user.
+    count : int
+        Number of orders wanted.
+
+    Returns
+    -------
+    tuple of int
+
+    """
+    top = min(rank, order_max, max(significant + 12, int(1.3 * significant)))
+    low = max(2, int(0.7 * min(significant, top)))
+    return tuple(sorted({2 * round(0.5 * n) for n in np.linspace(low, top, count)
+                         if 2 <= 2 * round(0.5 * n) <= rank}))
+
+
+def hard_criteria(poles, low_hz, high_hz, damping_max):
+    """
+    Judge every pole of an order on its own.
+
+    Returns
+    -------
+    list of str
+        The reason why a pole cannot be a mode, '' where it can.
+
+    """
+    reasons = []
+    for f, x in zip(poles.frequency_hz, poles.damping_ratio):
+        if not low_hz <= f <= high_hz:
+            reasons.append(f'outside {low_hz:.4g} to {high_hz:.4g} Hz, the range of its band')
+        elif x > damping_max:
+            reasons.append(f'damping ratio above {damping_max:g}')
+        elif x < -0.01:
+            reasons.append('unstable: negative damping')
+        else:
+            reasons.append('')
+    return reasons
+
+
+def chain(all_poles, usable):
+    """
+    Chain the usable poles from order to order.
+
+    Parameters
+    ----------
+    all_poles : sequence of Poles
+        By rising order.
+    usable : sequence of ndarray of int
+        Indices of the poles that passed the hard criteria.
+
+    Returns
+    -------
+    list of Chain
+
+    """
+    chains = []
+    for position, (poles, picks) in enumerate(zip(all_poles, usable)):
+        taken = np.zeros(len(picks), dtype=bool)
+        if chains and len(picks):
+            last = [c.last for c in chains]
+            f = np.array([v[0] for v in last])[:, None]
+            x = np.array([v[1] for v in last])[:, None]
+            likeness = mac(np.array([v[2] for v in last]), poles.shapes[picks])
+            step = np.abs(poles.frequency_hz[picks] - f) / f
+            cost = (step / COST_FREQUENCY + 1.0 - likeness
+                    + np.abs(poles.damping_ratio[picks] - x) / COST_DAMPING)
+            barred = (step > FREQUENCY_STEP) | (likeness < MAC_STEP)
+            cost[barred] = 1e3
+            for c, k in zip(*linear_sum_assignment(cost)):
+                if not barred[c, k]:
+                    chains[c].members.append((poles, picks[k]))
+                    taken[k] = True
+        chains.extend(Chain([(poles, k)], position) for k in picks[~taken])
+    return chains
+
+
+def votes_needed(first, orders):
+    """Return in how many orders a chain that begins at position `first` must appear."""
+    return max(3, int(np.ceil(SHARE * (orders - first))), orders // 3 + 1)
