@@ -1,6 +1,6 @@
 """MCAP bags in the layout of rosbag2, read and written without ROS."""
 from .cdr import field_reader
-from .channels import Channel, read_channels, Recording
+from .channels import Channel, find_channels, parse_channel, read_channels, Recording
 from .definitions import definition_of, type_hash_of
 from .layout import Qos
 from .play import schedule, stamp_shifter
@@ -10,5 +10,6 @@ from .samples import encode_accel, write_samples
 from .writer import BagWriter
 
 __all__ = ['Bag', 'BagWriter', 'Channel', 'definition_of', 'encode_accel', 'field_reader',
-           'open_bag', 'Qos', 'read_channels', 'recover', 'Recording', 'RecoverReport',
-           'schedule', 'stamp_shifter', 'type_hash_of', 'write_samples']
+           'find_channels', 'open_bag', 'parse_channel', 'Qos', 'read_channels', 'recover',
+           'Recording', 'RecoverReport', 'schedule', 'stamp_shifter', 'type_hash_of',
+           'write_samples']

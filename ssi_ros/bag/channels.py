@@ -93,6 +93,15 @@ def find_channels(bag):
                      'Its numeric topics: ' + ('; '.join(numeric) or 'none'))
 
 
+def parse_channel(text):
+    """Return the Channel that TOPIC or TOPIC:FIELD names; ValueError if it is neither."""
+    topic, _, field = text.partition(':')
+    if not topic.startswith('/') or text.endswith(':'):
+        raise ValueError(f'channel {text!r} must be /topic or /topic:field, such as '
+                         '/imu:linear_acceleration.z')
+    return Channel(topic, '', field or DEFAULT_FIELD)
+
+
 def _readers(bag, channels):
     readers = {}
     for i, c in enumerate(channels):

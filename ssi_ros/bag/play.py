@@ -12,8 +12,9 @@ def schedule(bag, *, rate=1.0, topics=None, start_s=0.0, duration_s=0.0, loop=Fa
     """
     Return when each message of a bag is due.
 
-    In a loop the second pass begins one median message gap behind the last message of the first,
-    and log times and header stamps are shifted by that whole length: they never jump back.
+    In a loop a pass begins one mean period of the fastest topic behind the end of the one before
+    it, and log times and header stamps are shifted by that whole length. Log times never jump
+    back; nor do the header stamps of a topic, unless its latency varies by more than a period.
 
     Parameters
     ----------
@@ -47,14 +48,14 @@ def schedule(bag, *, rate=1.0, topics=None, start_s=0.0, duration_s=0.0, loop=Fa
         raise ValueError(f'start_s={start_s} and duration_s={duration_s} must be 0 or more [s]')
     first = bag.start_ns + round(start_s * _S)
     end = first + round(duration_s * _S) if duration_s else bag.end_ns + 1
-    count = sum(bag.topic(t).count for t in topics) if topics is not None else bag.message_count
+    counts = [t.count for t in (bag.topics if topics is None else map(bag.topic, topics))]
     if next(bag.messages(topics, first, end), None) is None:
         raise ValueError(f'{bag.path} has no message from {start_s:g} s on for '
                          f'{(end - first) / _S:g} s; it is '
                          f'{(bag.end_ns - bag.start_ns) / _S:g} s long')
     last = min(end - 1, bag.end_ns)
-    # The gap that follows the last message of a pass: as long as the mean gap of the bag.
-    gap = max(1, (bag.end_ns - bag.start_ns) // max(1, count - 1))
+    # A period of the fastest topic parts two passes, so that its grid goes on.
+    gap = (bag.end_ns - bag.start_ns) // max(1, max(counts) - 1)
     length = max(end - first if duration_s and end <= bag.end_ns else last - first + gap, 1)
     passes = itertools.count() if loop else (0,)
     shifters = {t.name: stamp_shifter(t.type, t.definition) for t in bag.topics

@@ -1,0 +1,26 @@
+"""Write stamps and values of a bag's channels to an NPZ or CSV file."""
+HELP = "write a bag's channels to NPZ or CSV"
+EXAMPLE = 'ssi_ros export night_1 --output night_1.csv --channel /imu:linear_acceleration.z'
+
+
+def add_arguments(parser):
+    """Declare the options."""
+    parser.add_argument('bag', metavar='BAG', help='folder of the bag, or its .mcap or .db3')
+    parser.add_argument('--output', required=True, metavar='FILE', help='FILE.npz or FILE.csv')
+    parser.add_argument('--channel', action='append', metavar='TOPIC:FIELD',
+                        help='what to write, repeatable (default: the accelerometers)')
+
+
+def run(args):
+    """Read the channels and write the file."""
+    from ssi_ros.bag import parse_channel, read_channels
+    from ssi_ros.bag.export import export_recording
+    from ssi_ros.cli._options import Progress
+
+    channels = [parse_channel(c) for c in args.channel] if args.channel else None
+    with Progress('reading') as progress:
+        recording = read_channels(args.bag, channels, progress)
+    export_recording(recording, args.output)
+    for name, values, by_log in zip(recording.names, recording.values, recording.by_log_time):
+        print(f'{name}: {len(values)} samples'
+              + (', stamped by log time: there is no header stamp' if by_log else ''))
