@@ -1,0 +1,63 @@
+"""
+Simulate a spacecraft to a bag, faster than real time and without ROS.
+
+The samples are those that the simulator node publishes for the same seed. Excitations: `ambient`
+is what the configuration says, `torque` its torque alone, `process` its process noise alone.
+"""
+from pathlib import Path
+
+HELP = 'simulate accelerometers to a bag'
+EXAMPLE = 'ssi_ros simulate quiet --duration-s 600 --seed 1'
+
+
+def add_arguments(parser):
+    """Declare the options."""
+    from ssi_ros.cli.model import EXCITATIONS
+    parser.add_argument('bag', type=Path, metavar='BAG', help='folder to make')
+    parser.add_argument('--duration-s', type=float, default=600.0,
+                        help='length of the record [s] (default: 600)')
+    parser.add_argument('--seed', type=int, default=1,
+                        help='seed of all random numbers (default: 1)')
+    parser.add_argument('--config', metavar='FILE',
+                        help='spacecraft YAML (default: the packaged one)')
+    parser.add_argument('--excitation', choices=EXCITATIONS, default='ambient',
+                        help='what acts on it (default: ambient)')
+    parser.add_argument('--rate-hz', type=float,
+                        help='sampling rate [Hz] (default: the configured one)')
+    parser.add_argument('--at-rest', action='store_true',
+                        help='start at rest in place of the stationary state')
+    parser.add_argument('--start-s', type=float, default=1e9,
+                        help='stamp of the first sample [s since 1970] (default: 1e9, September '
+                        '2001: a fixed one, so that the same command makes the same bag)')
+
+
+def run(args):
+    """Simulate, write, say how fast it was."""
+    import math
+    import time
+
+    from ssi_ros.bag import write_samples
+    from ssi_ros.cli._options import Progress
+    from ssi_ros.cli.model import chosen
+    from ssi_ros.model import assemble, load_spacecraft, simulate
+
+    if not (math.isfinite(args.start_s) and 0.0 <= args.start_s < 2 ** 31):
+        raise ValueError(f'start_s={args.start_s:g} must be 0 to 2147483647 [s], the range of a '
+                         'ROS time')
+    if args.bag.exists():
+        raise ValueError(f'{args.bag} exists; give another name, or remove it first')
+    begin = time.perf_counter()
+    system = assemble(load_spacecraft(args.config))
+    with Progress('simulating') as progress:
+        samples = simulate(system, args.duration_s, args.seed, rate_hz=args.rate_hz,
+                           excitation=chosen(system, args.excitation), at_rest=args.at_rest,
+                           start_ns=round(args.start_s * 1e9), progress=progress)
+    made = {'command': 'ssi_ros simulate', 'seed': args.seed, 'excitation': args.excitation,
+            'config': args.config or 'packaged'}
+    with Progress('writing') as progress:
+        write_samples(args.bag, samples, extra=made, progress=progress)
+    took = time.perf_counter() - begin
+    print(f'{args.bag}: {len(samples.values)} samples of {len(samples.channels)} channels at '
+          f'{samples.rate_hz:g} Hz, {samples.duration_s:g} s in {took:.2f} s '
+          f'({samples.duration_s / took:.0f} times real time)')
+    return 0
