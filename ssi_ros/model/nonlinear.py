@@ -1,0 +1,248 @@
+"""
+Nonlinear hinges and the gyroscopic moment of a turning hub, eq. (13) and (38), (39).
+
+The linear part, hinge stiffness included, is propagated exactly as in `simulator.py`, but on a
+finer internal step over which the nonlinear torque is held. That torque is found implicitly
+(midpoint for what stores energy, end of step for friction), so that stiffness and stiction do
+not limit the step. Compiled by numba on first use and cached.
+"""
+from dataclasses import dataclass
+
+from numba import njit
+import numpy as np
+
+from ssi_ros.model.excitation import begin_all, generator
+from ssi_ros.model.simulator import check_rate, stationary_start
+from ssi_ros.records import Samples
+
+KINDS = ('freeplay', 'friction', 'cubic')
+MOST_GAIN = 0.5     # of the torque back onto itself in a step: below, its equation has one root
+
+
+@dataclass(frozen=True)
+class HingeLaw:
+    """
+    What the hinge of an array does besides its linear stiffness, eq. (38).
+
+    Attributes
+    ----------
+    hinge : str
+        Freedom, such as 'E1_hinge'.
+    kind : str
+        'freeplay': no moment within +-size [rad]; 'friction': Coulomb torque size [N m];
+        'cubic': moment size alpha^3, [N m/rad^3].
+    size : float
+        As `kind` says; 0 changes nothing.
+
+    """
+
+    hinge: str
+    kind: str
+    size: float
+
+    def __post_init__(self):
+        if self.kind not in KINDS:
+            raise ValueError(f'kind={self.kind!r} must be one of {", ".join(KINDS)}')
+        if not (np.isfinite(self.size) and self.size >= 0.0):
+            raise ValueError(f'size={self.size:g} of the {self.kind} must be zero or more')
+
+
+def simulate_nonlinear(system, duration_s, seed, *, laws=(), gyroscopic=False, excitation=None,
+                       at_rest=False, substeps=10, rate0_rad_s=(0.0, 0.0, 0.0), state0=None,
+                       start_ns=0):
+    """
+    Simulate a record with nonlinear hinges, the gyroscopic moment, or both.
+
+    Parameters
+    ----------
+    system : System
+        Of `assemble(spacecraft, explicit_hinges=True)`, without filters.
+    duration_s, seed, excitation, at_rest, start_ns
+        As in `simulate`; the stationary start is that of the linear system.
+    laws : tuple of HingeLaw
+        At most one a hinge.
+    gyroscopic : bool
+        Include theta' x J theta', with J the inertia of the undeformed body.
+    substeps : int
+        Internal steps a sample.
+    rate0_rad_s : tuple of three float
+        Turn of the hub at the start [rad/s], on top of its vibration.
+    state0 : dict of str to float, optional
+        States of the linear system, such as {'E1_hinge': 0.01}, in place of the stationary ones.
+
+    Returns
+    -------
+    samples : Samples
+        The record.
+    rates : ndarray, shape (n, 3), [rad/s]
+        Angular rate of the hub at every sample.
+
+    Raises
+    ------
+    ValueError
+        If a hinge does not exist, or is too stiff for the internal step.
+
+    """
+    _check(system, laws, substeps)
+    rate_hz = system.rate_hz
+    check_rate(system, rate_hz)
+    count = int(round(duration_s * rate_hz)) if np.isfinite(duration_s) else 0
+    if count < 1:
+        raise ValueError(f'duration_s={duration_s:g} must be at least one sample')
+    parts = system.excitation if excitation is None else tuple(excitation)
+    space = system.plant
+    sampled = space.discrete(rate_hz * substeps)
+    forces = begin_all(parts, rate_hz, system.inputs, seed)(0, count)
+    z = np.zeros(len(sampled.poles), complex)
+    if state0 is not None:
+        z = sampled.inverse @ np.array([state0.get(name, 0.0) for name in space.states])
+    elif not at_rest:
+        z = stationary_start(space.discrete(rate_hz), parts, system.inputs, seed)
+
+    # Rows that read angle and speed of each hinge, and the flexible momentum H X_f' of the hub.
+    to_state = sampled.vectors * sampled.weight
+    where = {name: i for i, name in enumerate(space.states)}
+    hinges = [law.hinge for law in laws]
+    angle = to_state[[where[h] for h in hinges]].reshape(-1, len(z))
+    speed = to_state[[where[h + '_rate'] for h in hinges]].reshape(-1, len(z))
+    momentum = system.mass[:3, 3:] @ to_state[[where[d + '_rate'] for d in system.dofs[3:]]]
+    act = [system.inputs.index(h) for h in hinges]
+    inertia = system.mass[:3, :3]
+    torque_of = system.input[:3]
+    stiffness = np.array([system.stiffness[system.dofs.index(h), system.dofs.index(h)]
+                          for h in hinges])
+    if laws:
+        give = np.einsum('hs,sh->h', angle, sampled.b[:, act]).real / 2
+        for law, gain in zip(laws, stiffness * give):
+            if law.kind == 'freeplay' and gain > MOST_GAIN:
+                raise ValueError(f'{law.hinge} is too stiff for the internal step (gain '
+                                 f'{gain:.2g} over {MOST_GAIN:g}); raise substeps={substeps}')
+    turning = inertia @ np.array(rate0_rad_s, float) + (momentum @ z).real
+    states, extra, gyro, rates = _march(
+        z, sampled.poles, sampled.b @ forces.T, np.ascontiguousarray(sampled.b[:, act]),
+        np.ascontiguousarray(angle), np.ascontiguousarray(speed),
+        np.array([KINDS.index(law.kind) for law in laws], dtype=np.int64),
+        np.array([law.size for law in laws], dtype=float), stiffness, substeps,
+        np.ascontiguousarray(momentum), np.ascontiguousarray(inertia),
+        np.linalg.inv(inertia), turning,
+        forces @ torque_of.T, 1.0 / (rate_hz * substeps),
+        np.ascontiguousarray(sampled.b[:, :3]), gyroscopic)
+    c = sampled.c * sampled.weight
+    values = (c @ states).real.T + forces @ sampled.d.T + extra @ sampled.d[:, act].T
+    values = values + gyro @ sampled.d[:, :3].T
+    for stage in system.chain:
+        values = stage.begin(rate_hz, generator(seed, stage.name))(values)
+    return Samples(values, rate_hz, system.channels, start_ns), rates
+
+
+def _check(system, laws, substeps):
+    if substeps < 1:
+        raise ValueError(f'substeps={substeps} must be at least 1')
+    if system.shaping is not None or system.conditioning is not None:
+        raise ValueError('filters are not part of the nonlinear simulation; shape the excitation '
+                         'or filter the record instead')
+    hinges = [d for d in system.dofs if d.endswith('_hinge')]
+    for law in laws:
+        if law.hinge not in hinges:
+            raise ValueError(f'hinge={law.hinge!r} is not on this system, which has '
+                             f'{", ".join(hinges) or "none"}; give the array a finite '
+                             'hinge_n_m_rad and assemble with explicit_hinges=True')
+    if len({law.hinge for law in laws}) < len(laws):
+        raise ValueError('a hinge has two laws; give each hinge one')
+
+
+@njit(cache=True)
+def _march(z, poles, drive, kick, angle, speed, kinds, sizes, stiffness, substeps, momentum,
+           inertia, inverse, turning, torques, step_s, kick_hub, gyroscopic):
+    """Step through the record; return states, hinge and gyroscopic torques, and hub rates."""
+    n, count, hinges = len(z), drive.shape[1], len(kinds)
+    states = np.empty((n, count), np.complex128)
+    extra = np.zeros((count, hinges))
+    gyro = np.zeros((count, 3))
+    rates = np.zeros((count, 3))
+    reach = np.zeros((hinges, hinges))
+    reach_speed = np.zeros((hinges, hinges))
+    for i in range(hinges):
+        for j in range(hinges):
+            for s in range(n):
+                reach[i, j] += (angle[i, s] * kick[s, j]).real
+                reach_speed[i, j] += (speed[i, s] * kick[s, j]).real
+    tau = np.zeros(hinges)
+    old, free, quick = np.zeros(hinges), np.zeros(hinges), np.zeros(hinges)
+    moment = np.zeros(3)
+    for k in range(count):
+        states[:, k] = z
+        for part in range(substeps):
+            omega = inverse @ (turning - _real_product(momentum, z))
+            if part == 0:
+                rates[k] = omega
+            for i in range(hinges):
+                old[i] = _real_dot(angle[i], z)
+            ahead = poles * z + drive[:, k]
+            if gyroscopic:
+                # midpoint: twice through, from the rate at the beginning of the step
+                middle = omega
+                for _ in range(2):
+                    moment = -np.cross(middle, inertia @ middle)
+                    push = step_s * (moment + torques[k])
+                    after = ahead + kick_hub @ moment.astype(np.complex128)
+                    end = inverse @ (turning + push - _real_product(momentum, after))
+                    middle = (omega + end) / 2
+                ahead = ahead + kick_hub @ moment.astype(np.complex128)
+                if part == 0:
+                    gyro[k] = moment
+                turning = turning + step_s * moment
+            turning = turning + step_s * torques[k]
+            for i in range(hinges):
+                free[i] = _real_dot(angle[i], ahead)
+                quick[i] = _real_dot(speed[i], ahead)
+            for _ in range(4 if hinges > 1 else 1):      # hinges feel each other through the hub
+                for i in range(hinges):
+                    a, v = free[i], quick[i]
+                    for j in range(hinges):
+                        if j != i:
+                            a += reach[i, j] * tau[j]
+                            v += reach_speed[i, j] * tau[j]
+                    tau[i] = _torque(kinds[i], sizes[i], stiffness[i], (old[i] + a) / 2,
+                                     reach[i, i] / 2, v, reach_speed[i, i])
+            for i in range(hinges):
+                ahead = ahead + kick[:, i] * tau[i]
+            if part == 0:
+                extra[k] = tau
+            z = ahead
+    return states, extra, gyro, rates
+
+
+@njit(cache=True)
+def _torque(kind, size, stiffness, middle, give, speed, give_speed):
+    """Solve the law of one hinge for its torque; `give` is motion a unit of torque."""
+    if size == 0.0:
+        return 0.0
+    if kind == 0:       # freeplay: + k clip(alpha), which takes the linear moment away
+        inside = middle / (1.0 - stiffness * give)
+        return stiffness * min(max(inside, -size), size)
+    if kind == 1:       # friction: stop the motion if the torque suffices
+        return min(max(-speed / give_speed, -size), size)
+    root = middle       # cubic: Newton on alpha + give k3 alpha^3 = middle, convex on each side
+    for _ in range(50):
+        change = (root + give * size * root ** 3 - middle) / (1 + 3 * give * size * root ** 2)
+        root -= change
+        if abs(change) <= 1e-15 * abs(root):
+            break
+    return -size * root ** 3
+
+
+@njit(cache=True)
+def _real_dot(row, z):
+    total = 0.0
+    for s in range(len(z)):
+        total += row[s].real * z[s].real - row[s].imag * z[s].imag
+    return total
+
+
+@njit(cache=True)
+def _real_product(rows, z):
+    out = np.empty(len(rows))
+    for i in range(len(rows)):
+        out[i] = _real_dot(rows[i], z)
+    return out
