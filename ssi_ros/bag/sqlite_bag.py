@@ -1,4 +1,6 @@
 """Read the SQLite files (.db3) of rosbag2, by the standard library."""
+from contextlib import closing
+from dataclasses import replace
 from functools import partial
 import sqlite3
 
@@ -23,12 +25,11 @@ def open_sqlite(files):
     topics, sources = {}, []
     for path in files:
         try:
-            with sqlite3.connect(f'file:{path}?mode=ro', uri=True) as db:
+            with closing(_connect(path)) as db:
                 for topic in _topics(db):
                     had = topics.get(topic.name)
-                    topics[topic.name] = Topic(*[getattr(topic, f) for f in (
-                        'name', 'type', 'qos', 'definition', 'type_hash', 'encoding')],
-                        topic.count + (had.count if had else 0))
+                    topics[topic.name] = replace(
+                        topic, count=topic.count + (had.count if had else 0))
                 times = [r[0] for r in db.execute(
                     'select timestamp from messages order by timestamp')]
         except sqlite3.Error as error:
@@ -38,6 +39,10 @@ def open_sqlite(files):
         for first, last in zip(cuts, [*(c - 1 for c in cuts[1:]), *times[-1:]]):
             sources.append((first, last, partial(_read, path, first, last)))
     return topics.values(), sources
+
+
+def _connect(path):
+    return sqlite3.connect(f'{path.resolve().as_uri()}?mode=ro', uri=True)
 
 
 def _topics(db):
@@ -64,7 +69,7 @@ def _topics(db):
 
 def _read(path, first, last, wanted):
     found = {}
-    with sqlite3.connect(f'file:{path}?mode=ro', uri=True) as db:
+    with closing(_connect(path)) as db:
         for name, log, raw in db.execute(
                 'select topics.name, timestamp, data from messages join topics on '
                 'topics.id = topic_id where timestamp between ? and ? order by timestamp',

@@ -192,16 +192,18 @@ def _variables(path, columns, variable, time_column, transpose):
 
 
 def _load(path):
+    from scipy.io import loadmat, matlab      # here, for it takes a while and CSV needs none
+
     try:
         if path.suffix.lower() == '.npz':
             with np.load(path, allow_pickle=False) as f:
                 return {k: f[k] for k in f.files}
-        from scipy.io import loadmat
         return {k: v for k, v in loadmat(path).items() if not k.startswith('__')}
     except NotImplementedError:
         raise ValueError(f"{path} is a MAT file of version 7.3 (HDF5); save it with '-v7'"
                          ) from None
-    except (ValueError, TypeError, OSError, EOFError, zipfile.BadZipFile) as error:
+    except (ValueError, TypeError, OSError, EOFError, zipfile.BadZipFile,
+            matlab.MatReadError) as error:
         raise ValueError(f'{path} cannot be read as {path.suffix}: {error}') from None
 
 
