@@ -1,7 +1,9 @@
 """
 Measure the bag layer: speeds, stalls and crashes. Prints the table of docs/validation/bags.md.
 
-    python validation/bags_speed.py [--crashes 20]
+    python validation/bags_speed.py [--crashes 20] [--keep FOLDER]
+
+--keep only writes a bag of 600 s with 100 samples missing and prints its sums, for bags_npm.mjs.
 """
 import argparse
 import os
@@ -124,11 +126,29 @@ def rosbags_count(folder):
         return sum(1 for _ in bag.messages())
 
 
+def keep(folder):
+    """Write the bag that bags_npm.mjs reads, and print what it should find."""
+    values = np.random.default_rng(1).standard_normal((60_000, 4))
+    values[100:200, 1] = np.nan
+    write_samples(folder, Samples(values, 100.0, NAMES, 1_700_000_000 * 10 ** 9))
+    for name, column in zip(NAMES, values.T):
+        held = column[~np.isnan(column)].tolist()
+        total = 0.0
+        for value in held:            # in the order of the messages: the same rounding
+            total += value
+        print(name, len(held), 'sum', total)
+
+
 def main():
     """Run all of it."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('--crashes', type=int, default=20)
+    parser.add_argument('--keep', type=Path, metavar='FOLDER')
     args = parser.parse_args()
+    if args.keep:
+        keep(args.keep)
+        return
     with tempfile.TemporaryDirectory() as folder:
         speeds(Path(folder))
         stalls(Path(folder))

@@ -287,8 +287,8 @@ def _learn(opcode, body, contents):
         contents.metadata[metadata.name] = metadata.metadata
 
 
-def learn_from(records, contents):
-    """Keep the schemas and channels that stand inside a chunk, and count its messages."""
+def _learn_from(records, contents):
+    """Keep a chunk's schemas and channels, count its messages, and return their log times."""
     at = 0
     while at + 9 <= len(records):
         opcode, length = _HEAD.unpack_from(records, at)
@@ -308,7 +308,7 @@ def _scan_chunk(f, at, length, contents, path):
         records = load(f, piece, path)
     except (ValueError, struct.error):
         return False
-    logs = learn_from(records, contents)
+    logs = _learn_from(records, contents)
     if logs:
         contents.pieces.append(Piece(at + 9, length, min(logs), max(logs)))
     f.seek(at + 9 + _CHUNK.size - 4)
@@ -347,7 +347,7 @@ def _salvage(f, at, contents):
             records = lz4.frame.LZ4FrameDecompressor().decompress(packed)
         else:
             records = packed
-        learn_from(records, contents)
+        _learn_from(records, contents)
     except (*_DAMAGE, UnicodeDecodeError):
         return
     contents.salvaged.append(records)

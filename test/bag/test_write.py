@@ -11,12 +11,12 @@ from mcap.reader import make_reader
 from mcap.stream_reader import StreamReader
 import numpy as np
 import pytest
-import yaml
 
 from ssi_ros.bag import (BagWriter, encode_accel, open_bag, Qos, read_channels, recover,
                          type_hash_of, write_samples)
 from ssi_ros.bag.layout import ROOT, SENSOR
 from ssi_ros.records import Samples
+import yaml
 
 ACCEL = 'geometry_msgs/msg/AccelStamped'
 START = 1_700_000_000_000_000_000
