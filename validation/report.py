@@ -1,0 +1,38 @@
+"""What every validation script shares: the head of a report, and where it goes."""
+from pathlib import Path
+import platform
+import subprocess
+
+ROOT = Path(__file__).resolve().parent.parent
+DATE = '2026-11-21'
+
+
+def write(topic, title, lines, seed=None):
+    """Write docs/validation/<topic>.md with commit, command, seed and machine, and print it."""
+    commit = subprocess.run(['git', 'rev-parse', '--short', 'HEAD'], cwd=ROOT, text=True,
+                            capture_output=True).stdout.strip()
+    head = [f'# {title}', '', f'{DATE}, commit {commit}, `python -m validation.{topic}`'
+            + ('' if seed is None else f', seed {seed}')
+            + f', Python {platform.python_version()}, 2 cores AMD EPYC.', '']
+    text = '\n'.join([*head, *lines, ''])
+    (ROOT / 'docs' / 'validation' / f'{topic}.md').write_text(text)
+    print(text)
+
+
+def table(head, rows):
+    """Return the lines of a Markdown table."""
+    return ['| ' + ' | '.join(head) + ' |', '|' + '---|' * len(head),
+            *('| ' + ' | '.join(map(str, row)) + ' |' for row in rows), '']
+
+
+def figure(name):
+    """Return a matplotlib figure and the function that saves it under docs/figures."""
+    import matplotlib
+    matplotlib.use('Agg')
+    import matplotlib.pyplot as plt
+    shape = plt.figure(figsize=(7, 4.2), layout='constrained')
+
+    def save():
+        shape.savefig(ROOT / 'docs' / 'figures' / name, dpi=90)
+        plt.close(shape)
+    return shape, save
