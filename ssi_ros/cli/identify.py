@@ -34,17 +34,16 @@ def run(args):
     import json
     import sys
 
-    from ssi_ros.bag import read_channels
-    from ssi_ros.cli._channels import channels_of
+    from ssi_ros.bag import parse_channel, read_channels
     from ssi_ros.cli._options import Progress, read_quantities
-    from ssi_ros.identify import explain, Identification
+    from ssi_ros.identify import Identification
     from ssi_ros.identify.modes_json import modes_json
     from ssi_ros.identify.stamped import identify_stamped
 
     settings = read_quantities(args, Identification)
     with Progress('reading') as progress:
-        recording = read_channels(args.bag, channels_of(args.bag, args.channel),
-                                  progress=progress)
+        channels = [parse_channel(c) for c in args.channel] if args.channel else None
+        recording = read_channels(args.bag, channels, progress)
     with Progress('identifying') as progress:
         windows, grid = identify_stamped(
             recording.names, recording.stamps_ns, recording.values, settings,
@@ -60,6 +59,7 @@ def run(args):
     out = sys.stderr if args.json == '-' else sys.stdout
     print(_summary(windows, grid, recording.names, first_ns), file=out)
     if args.explain is not None:
+        from ssi_ros.identify import explain
         print(explain(windows[-1], args.explain), file=out)
     if args.plot:
         from ssi_ros.identify.plots import write_plots

@@ -94,8 +94,8 @@ class Grid:
         values = np.atleast_1d(np.asarray(values, dtype=float))
         self._count(channel, received=len(stamps_ns),
                     not_finite=int(np.count_nonzero(~np.isfinite(values))),
-                    bad_stamps=int(np.count_nonzero(stamps_ns <= 0)))
-        keep = np.isfinite(values) & (stamps_ns > 0)
+                    bad_stamps=int(np.count_nonzero(stamps_ns < 0)))
+        keep = np.isfinite(values) & (stamps_ns >= 0)
         self._accept(channel, stamps_ns[keep], values[keep])
 
     def _accept(self, channel, stamps_ns, values):

@@ -24,14 +24,15 @@ class SegmentMonitor:
 
     def __init__(self, channels, settings):
         self.channels, self.settings = tuple(channels), settings
-        self.monitor, self._segment = None, None
+        self.monitor, self._segment, self._held = None, None, 0
 
     def push(self, rows):
         """Add Rows of the grid; return the windows whose end they reach, a list."""
         if self.monitor is None or rows.segment != self._segment:
             start_ns = rows.origin_ns + round(rows.first * 1e9 / rows.rate_hz)
             self.monitor = Monitor(self.channels, rows.rate_hz, start_ns, self.settings)
-            self._segment = rows.segment
+            self._segment, self._held = rows.segment, 0
+        self._held += len(rows.values)
         return self.monitor.push(rows.values)
 
     def restart(self):
@@ -56,7 +57,9 @@ class SegmentMonitor:
     @property
     def fill(self):
         """Share of the window that is filled, 0 to 1."""
-        return 0.0 if self.monitor is None else self.monitor.fill
+        if self.monitor is None:
+            return 0.0
+        return min(1.0, self._held / (self.settings.window_s * self.monitor.rate_hz))
 
 
 def identify_stamped(names, stamps_ns, values, settings, *, arrivals_ns=None, rate_hz=0.0,
@@ -103,7 +106,7 @@ def identify_stamped(names, stamps_ns, values, settings, *, arrivals_ns=None, ra
         if progress is not None:
             progress((done + 1) / len(pieces))
     if not windows and follow.monitor is not None:
-        windows = [follow.monitor.too_short()]
+        windows = [follow.monitor.identify_now()]
     return tuple(windows), grid
 
 
@@ -113,8 +116,10 @@ def _pieces(arrivals_ns):
     begins = [int(a[0]) for a in arrivals_ns if len(a)]
     if not ends:
         return []
-    count = max(1, int(np.ceil((max(ends) - min(begins)) / (CHUNK_S * 1e9))))
-    cuts = np.linspace(min(begins), max(ends) + 1, count + 1)[1:]
+    first, span = min(begins), max(ends) + 1 - min(begins)
+    count = max(1, -(-span // round(CHUNK_S * 1e9)))
+    # whole nanoseconds: a float has lost the last digits of today's stamps
+    cuts = np.array([first + span * (k + 1) // count for k in range(count)], dtype=np.int64)
     at = [np.searchsorted(a, cuts, side='left') for a in arrivals_ns]
     return [tuple(slice(0 if k == 0 else int(a[k - 1]), int(a[k])) for a in at)
             for k in range(count)]

@@ -5,10 +5,9 @@ import numpy as np
 import yaml
 
 from ssi_ros.bag import Channel, definition_of, field_reader
+from ssi_ros.bag.channels import DEFAULT_FIELD, DEFAULT_TYPE
 from ssi_ros.quantity import unknown
 
-DEFAULT_TYPE = 'geometry_msgs/msg/AccelStamped'
-DEFAULT_FIELD = 'accel.linear.z'
 KEYS = ('topic', 'type', 'field', 'name')
 
 
@@ -53,12 +52,8 @@ def channel_of(text):
     for key in entry:
         if key not in KEYS:
             raise ValueError(unknown(f'channel {text!r}: {key}', key, KEYS))
-    field = entry.get('field', DEFAULT_FIELD)
-    default = entry['topic'].rsplit('/', 1)[-1]
-    if 'field' in entry:
-        default = f'{default}.{field}'
-    return Channel(entry['topic'], entry.get('type', DEFAULT_TYPE), field,
-                   entry.get('name', default))
+    return Channel(entry['topic'], entry.get('type', DEFAULT_TYPE),
+                   entry.get('field', DEFAULT_FIELD), entry.get('name', ''))
 
 
 class Source:

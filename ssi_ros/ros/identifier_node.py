@@ -54,7 +54,7 @@ class IdentifierNode(StageNode):
         for topic, message_class in {s.topic: s.message_class for s in self.sources}.items():
             self._subscriptions_made.append(self.create_subscription(
                 message_class, topic, self._collector(topic), qos, raw=True))
-        self._timer = self.create_timer(DRAIN_S, self._drain)
+        self._timer = self.every(DRAIN_S, self._drain)
         self._started = time.monotonic()
 
     def _advertise(self, message_class, topic):
@@ -90,6 +90,10 @@ class IdentifierNode(StageNode):
             self.destroy_subscription(subscription)
         if self._worker is not None:
             self._worker.stop()
+            counts = self._worker.grid.counts
+            self.get_logger().info(
+                f'{self._worker.computed} windows; samples received '
+                f'{[c.received for c in counts]}, missing {[c.missing for c in counts]}')
         for publisher in self._publishers_made:
             self.destroy_lifecycle_publisher(publisher)
         if self._service is not None:

@@ -10,9 +10,11 @@ import signal
 import sys
 import threading
 import time
+import traceback
 
 from diagnostic_msgs.msg import DiagnosticArray
 import rclpy
+from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import ParameterException
 from rclpy.experimental import EventsExecutor
 from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
@@ -21,6 +23,7 @@ from rclpy.signals import SignalHandlerOptions
 from ssi_ros.ros import parameters
 
 LINGER_S = 0.5
+SETTLE_S = 0.5
 FAILED = (ValueError, OSError, ParameterException)
 
 
@@ -39,6 +42,11 @@ class StageNode(LifecycleNode):
             parameters.declare(self, cls)
         self.add_on_set_parameters_callback(parameters.answer(self._change))
         self._health_timer = self._health_publisher = None
+        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
+
+    def every(self, period_s, callback):
+        """Return a timer by the machine's own clock, which runs when simulated time stands."""
+        return self.create_timer(period_s, callback, clock=self._steady)
 
     # what a node fills in
     def configure(self, *settings):
@@ -67,7 +75,7 @@ class StageNode(LifecycleNode):
             self.settings = tuple(parameters.read(self, c) for c in self.settings_classes)
             self._health_publisher = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
             self.configure(*self.settings)
-            self._health_timer = self.create_timer(1.0, self._publish_health)
+            self._health_timer = self.every(1.0, self._publish_health)
         return self._attempt('configure', work, undo=self._release)
 
     def on_activate(self, state):
@@ -101,6 +109,10 @@ class StageNode(LifecycleNode):
             if undo is not None:
                 undo()
             return TransitionCallbackReturn.FAILURE
+        except Exception:       # rclpy would swallow it without a word
+            self.get_logger().error(f'cannot {what}, a fault of this node:\n'
+                                    + traceback.format_exc())
+            return TransitionCallbackReturn.ERROR
         return _SUCCESS
 
     def _release(self):
@@ -126,6 +138,35 @@ class StageNode(LifecycleNode):
             self.settings = new
 
 
+class Audience:
+    """
+    Know when every publisher is heard by so many subscribers.
+
+    A writer learns of a reader a moment before the reader learns of the writer, and nothing tells
+    the writer when that is: what it sends in that moment is lost. So the matched counts must have
+    stood for SETTLE_S before the first sample goes out.
+    """
+
+    def __init__(self, publishers, wanted):
+        self.publishers, self.wanted, self._since = list(publishers), wanted, None
+
+    def short(self):
+        """Return the names of the topics that too few listen to."""
+        return [p.topic_name for p in self.publishers
+                if p.get_subscription_count() < self.wanted]
+
+    def ready(self):
+        """Return whether all are heard."""
+        if not self.wanted:
+            return True
+        if self.short():
+            self._since = None
+            return False
+        now = time.monotonic()
+        self._since = self._since or now
+        return now - self._since >= SETTLE_S
+
+
 _SUCCESS = TransitionCallbackReturn.SUCCESS
 
 
@@ -149,7 +190,7 @@ def run(node_class, args=None):
         else:
             # an infinite timeout hangs in this executor, a finite one does not
             while not stop.is_set() and not node.done.is_set():
-                executor.spin_once(timeout_sec=0.2)
+                _spin(executor, node)
             _linger(executor, stop)
         node.trigger_shutdown()
         code = code or node.exit_code
@@ -161,6 +202,15 @@ def run(node_class, args=None):
             node.destroy_node()
         rclpy.try_shutdown()
     return code
+
+
+def _spin(executor, node):
+    """Let one event be handled; a fault in its callback is told, the node goes on."""
+    try:
+        executor.spin_once(timeout_sec=0.2)
+    except Exception:
+        node.get_logger().error('a callback failed, the node goes on:\n'
+                                + traceback.format_exc(), throttle_duration_sec=10.0)
 
 
 def _linger(executor, stop):

@@ -13,11 +13,12 @@ from rclpy.qos import (DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityP
 from rosgraph_msgs.msg import Clock
 from std_srvs.srv import Trigger
 
-from ssi_ros.bag import open_bag, schedule
+from ssi_ros.bag import open_bag
+from ssi_ros.bag.play import schedule
 from ssi_ros.quantity import quantity
 from ssi_ros.ros.channels import message_class
 from ssi_ros.ros.messages import status, time_of
-from ssi_ros.ros.node import run, StageNode
+from ssi_ros.ros.node import Audience, run, StageNode
 
 CLOCK_S = 0.01            # how often /clock is published while nothing else happens
 DISCOVERY_S = 10.0        # how long to wait for the subscribers that were asked for
@@ -51,7 +52,7 @@ class PlayerNode(StageNode):
     def __init__(self, **kwargs):
         super().__init__('player', **kwargs)
         self._services_made, self._made, self._thread = [], {}, None
-        self._clock = None
+        self._clock_publisher = None
 
     def configure(self, settings):
         """Open the bag and advertise its topics."""
@@ -70,7 +71,7 @@ class PlayerNode(StageNode):
             except ValueError as error:
                 self.get_logger().warning(f'{topic.name} is not played: {error}')
         if settings.publish_clock:
-            self._clock = self.create_publisher(Clock, '/clock', 10)
+            self._clock_publisher = self.create_publisher(Clock, '/clock', 10)
         self._services_made = [
             self.create_service(Trigger, '~/pause', self._pause),
             self.create_service(Trigger, '~/resume', self._resume)]
@@ -98,11 +99,11 @@ class PlayerNode(StageNode):
         """Release all that `configure` created."""
         for publisher in self._made.values():
             self.destroy_publisher(publisher)
-        if self._clock is not None:
-            self.destroy_publisher(self._clock)
+        if self._clock_publisher is not None:
+            self.destroy_publisher(self._clock_publisher)
         for service in self._services_made:
             self.destroy_service(service)
-        self._made, self._clock, self._services_made = {}, None, []
+        self._made, self._clock_publisher, self._services_made = {}, None, []
 
     def settings_changed(self, settings):
         """Take another rate."""
@@ -119,14 +120,11 @@ class PlayerNode(StageNode):
         return response
 
     def _wait_for_subscribers(self, wanted):
-        until = time.monotonic() + DISCOVERY_S
-        while not self._stop.is_set():
-            short = [n for n, p in self._made.items() if p.get_subscription_count() < wanted]
-            if not short:
-                return
+        audience, until = Audience(self._made.values(), wanted), time.monotonic() + DISCOVERY_S
+        while not (audience.ready() or self._stop.is_set()):
             if time.monotonic() > until:
                 self.get_logger().warning(f'playing although fewer than {wanted} listen to '
-                                          + ', '.join(short))
+                                          + ', '.join(audience.short()))
                 return
             time.sleep(0.01)
 
@@ -151,8 +149,8 @@ class PlayerNode(StageNode):
 
     def publish_clock(self, stamp_ns):
         """Publish the bag's time."""
-        if self._clock is not None:
-            self._clock.publish(Clock(clock=time_of(stamp_ns)))
+        if self._clock_publisher is not None:
+            self._clock_publisher.publish(Clock(clock=time_of(stamp_ns)))
 
     def health(self):
         """Tell how far the player is."""

@@ -1,11 +1,10 @@
 """
 Recorder node: raw messages of any topics to an MCAP bag that survives a crash.
 
-Callbacks only append; a thread writes, flushes every half second and syncs to the disk. Topics
-that appear later are joined as they come, with the quality of service that their publishers
+A callback appends to the writer's buffer (about 1 us); the writer's own thread compresses, flushes
+every half second and syncs to the disk. Topics that appear later are joined as they come, with the quality of service that their publishers
 offer, so that a best-effort sensor and a latched status are both heard.
 """
-from collections import deque
 from dataclasses import dataclass
 import re
 import threading
@@ -20,7 +19,6 @@ from ssi_ros.ros.messages import status
 from ssi_ros.ros.node import run, StageNode
 
 LOOK_S = 0.25             # how often new topics are looked for
-WRITE_S = 0.05            # how often the writer wakes
 NEVER = {'/clock', '/rosout', '/parameter_events'}
 
 
@@ -66,14 +64,18 @@ class RecorderNode(StageNode):
 
     def __init__(self, **kwargs):
         super().__init__('recorder', **kwargs)
-        self._joined, self._look, self._writer, self._refused = {}, None, None, set()
+        self._joined, self._look, self._bag, self._refused = {}, None, None, set()
+        self.written, self.failure, self._early = 0, '', []
 
     def configure(self, settings):
-        """Open the bag and start the writer."""
+        """Open the bag and look for topics."""
         name = settings.bag or time.strftime('recording_%Y-%m-%d_%H-%M-%S')
-        self._writer = WriterThread(self, name, settings)
+        self._bag = BagWriter(name, split_bytes=settings.split_bytes, split_s=settings.split_s,
+                              compression=settings.compression, flush_s=settings.flush_s)
+        self.written, self.failure, self._early = 0, '', []
+        self._sim_time = self.get_parameter('use_sim_time').value
         self._gate = threading.Event()
-        self._look = self.create_timer(LOOK_S, self._join_new_topics)
+        self._look = self.every(LOOK_S, self._join_new_topics)
         self.get_logger().info(f'recording to {name}')
 
     def activate(self):
@@ -82,7 +84,7 @@ class RecorderNode(StageNode):
 
     def deactivate(self):
         """Keep the messages out."""
-        if self._writer is not None:
+        if self._bag is not None:
             self._gate.clear()
 
     def cleanup(self):
@@ -91,11 +93,28 @@ class RecorderNode(StageNode):
             self.destroy_timer(self._look)
         for subscription, _ in self._joined.values():
             self.destroy_subscription(subscription)
-        if self._writer is not None:
-            self._writer.close()
-            if self._writer.failure:
-                self.exit_code = 1
-        self._joined, self._look, self._writer = {}, None, None
+        if self._bag is not None:
+            self._close()
+        self._joined, self._look, self._bag = {}, None, None
+
+    def _close(self):
+        if self._early:
+            self.get_logger().warning(f'/clock never came: {len(self._early)} messages are '
+                                      'stamped by the time of this machine')
+            early, self._early = self._early, []
+            for topic, raw in early:
+                self._write(topic, raw, time.time_ns())
+        try:
+            self._bag.close()
+        except OSError as error:
+            self._fail(error)
+        self.get_logger().info(f'{self.written} messages in {self._bag.folder}')
+
+    def _fail(self, error):
+        """Stop recording, once and for all: what was flushed is kept."""
+        self.failure, self.exit_code = str(error.strerror or error), 1
+        self._gate.clear()
+        self.get_logger().error(f'recording stopped: {self.failure}')
 
     def _join_new_topics(self):
         for topic, types in self.get_topic_names_and_types():
@@ -113,86 +132,54 @@ class RecorderNode(StageNode):
     def _join(self, topic, types, offers):
         if len(types) > 1:
             raise ValueError(f'its publishers disagree on the type: {", ".join(types)}')
-        self._writer.add_topic(topic, types[0], [offered_qos(o.qos_profile) for o in offers])
+        self._bag.add_topic(topic, types[0], [offered_qos(o.qos_profile) for o in offers])
         qos = adapted_qos([o.qos_profile for o in offers], self.settings[0].queue_depth)
-        append, gate, clock = self._writer.pending.append, self._gate, self.get_clock()
-        sim_time = self.get_parameter('use_sim_time').value
+        write, gate, now = self._write, self._gate, self._now
 
-        def collect(raw, info):
+        def collect(raw):
             if gate.is_set():
-                # rosbag2 stamps by simulated time where it is used
-                log_ns = clock.now().nanoseconds if sim_time else info['received_timestamp']
-                append((topic, raw, log_ns, info['source_timestamp']))
+                write(topic, raw, now())
         self._joined[topic] = (self.create_subscription(
             message_class(types[0]), topic, collect, qos, raw=True), types[0])
         self.get_logger().info(f'joined {topic} [{types[0]}]')
 
+    def _now(self):
+        """Return the time to log [ns], 0 while simulated time has not begun."""
+        if self._sim_time:
+            return self.get_clock().now().nanoseconds
+        return time.time_ns()
+
+    def _write(self, topic, raw, log_ns):
+        """
+        Write a message.
+
+        The source's own time does not come through this executor (a callback with MessageInfo
+        ends it), so log and publish time are both the time of receipt. What comes before
+        simulated time begins is stamped by its first moment: in 1970 no player would find it.
+        """
+        if log_ns == 0:
+            self._early.append((topic, raw))
+            return
+        early, self._early = self._early, []
+        try:
+            for before in early:
+                self._bag.write(*before, log_ns, log_ns)
+            self._bag.write(topic, raw, log_ns, log_ns)
+        except OSError as error:
+            self._fail(error)
+        else:
+            self.written += 1 + len(early)
+
     def health(self):
         """Tell what has been written."""
-        w = self._writer
-        level, text = 'ok', f'{w.written} messages of {len(self._joined)} topics'
-        if w.failure:
-            level, text = 'error', f'stopped: {w.failure}'
-        elif not w.written:
+        level, text = 'ok', f'{self.written} messages of {len(self._joined)} topics'
+        if self.failure:
+            level, text = 'error', f'stopped: {self.failure}'
+        elif not self.written:
             level, text = 'warn', 'no message yet: ' + (
                 'no topic matches' if not self._joined else 'the topics are silent')
-        return [status(f'{self.get_name()}: bag', level, text, bag=str(w.name),
-                       topics=len(self._joined), written=w.written, waiting=len(w.pending),
-                       longest_write_s=float(w.longest_s))]
-
-
-class WriterThread:
-    """The thread that owns the bag."""
-
-    def __init__(self, node, name, settings):
-        self.node, self.name = node, name
-        self.pending, self.written, self.longest_s, self.failure = deque(), 0, 0.0, ''
-        self._bag = BagWriter(name, split_bytes=settings.split_bytes, split_s=settings.split_s,
-                              compression=settings.compression, flush_s=settings.flush_s)
-        self._lock = threading.Lock()
-        self._stop = threading.Event()
-        self._thread = threading.Thread(target=self._work, daemon=True)
-        self._thread.start()
-
-    def add_topic(self, topic, type_name, qos):
-        """Declare a topic before its first message."""
-        with self._lock:
-            self._bag.add_topic(topic, type_name, qos)
-
-    def _work(self):
-        while not self._stop.wait(WRITE_S):
-            self._write()
-
-    def _write(self):
-        if self.failure:
-            self.pending.clear()
-            return
-        before = time.monotonic()
-        try:
-            with self._lock:
-                for _ in range(len(self.pending)):
-                    self._bag.write(*self.pending.popleft())
-                    self.written += 1
-                self._bag.flush_if_due()
-        except OSError as error:
-            self.failure = f'{error.strerror or error}: {self.name}'
-            self.node.get_logger().error(
-                f'recording stopped, {self.failure}; {self.written} messages are safe in the '
-                'bag; make room and start a new recording')
-        self.longest_s = max(self.longest_s, time.monotonic() - before)
-
-    def close(self):
-        """Write what waits and close the bag."""
-        self._stop.set()
-        self._thread.join(timeout=30.0)
-        self._write()
-        try:
-            self._bag.close()
-        except OSError as error:
-            self.failure = self.failure or f'{error.strerror or error}: {self.name}'
-            self.node.get_logger().error(f'the bag could not be closed: {self.failure}; '
-                                         f'run: ssi_ros recover {self.name}')
-        self.node.get_logger().info(f'{self.written} messages in {self.name}')
+        return [status(f'{self.get_name()}: bag', level, text, bag=str(self._bag.folder),
+                       topics=len(self._joined), written=self.written)]
 
 
 def offered_qos(profile):

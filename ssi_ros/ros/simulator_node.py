@@ -16,7 +16,7 @@ from ssi_ros.bag import encode_accel
 from ssi_ros.model import assemble, load_spacecraft, stream
 from ssi_ros.quantity import quantity
 from ssi_ros.ros.messages import status, time_of
-from ssi_ros.ros.node import run, StageNode
+from ssi_ros.ros.node import Audience, run, StageNode
 
 TICK_S = 0.01             # how often due samples are published
 BLOCK_S = 1.0             # how much is simulated at once
@@ -55,7 +55,7 @@ class SimulatorNode(StageNode):
 
     def __init__(self, **kwargs):
         super().__init__('simulator', **kwargs)
-        self._made, self._timer, self._clock = [], None, None
+        self._made, self._timer, self._clock_publisher = [], None, None
 
     def configure(self, settings):
         """Build the spacecraft and advertise its sensors."""
@@ -70,7 +70,8 @@ class SimulatorNode(StageNode):
         self._batch = (self._advertise(Float64MultiArray, f'{settings.namespace}/batch', qos)
                        if settings.batch else None)
         if settings.publish_clock or settings.speed != 1.0:
-            self._clock = self._advertise(Clock, '/clock', 10)
+            self._clock_publisher = self._advertise(Clock, '/clock', 10)
+        self._audience = Audience(self._sensors, settings.wait_for_subscribers)
         self._blocks, self._block, self._at = None, None, 0
         self.sent, self.behind_s = 0, 0.0
 
@@ -89,7 +90,7 @@ class SimulatorNode(StageNode):
                                   at_rest=settings.at_rest, start_ns=self._start_ns)
             self._next_block()
         self._pace = None
-        self._timer = self.create_timer(TICK_S if settings.speed > 0.0 else 0.001, self._tick)
+        self._timer = self.every(TICK_S if settings.speed > 0.0 else 0.001, self._tick)
 
     def deactivate(self):
         """Pause."""
@@ -101,11 +102,11 @@ class SimulatorNode(StageNode):
         """Release all that `configure` created."""
         for publisher in self._made:
             self.destroy_publisher(publisher)
-        self._made, self._clock, self._blocks = [], None, None
+        self._made, self._clock_publisher, self._blocks = [], None, None
 
     def settings_changed(self, settings):
         """Take another speed."""
-        if settings.speed != 1.0 and self._clock is None:
+        if settings.speed != 1.0 and self._clock_publisher is None:
             raise ValueError(f'speed={settings.speed:g} needs /clock; start the node with '
                              'publish_clock:=true or a speed other than 1')
         self._pace = None
@@ -117,18 +118,12 @@ class SimulatorNode(StageNode):
                          for i, name in enumerate(self._names)]
         self._at = 0
 
-    def _ready(self):
-        wanted = self.settings[0].wait_for_subscribers
-        return all(p.get_subscription_count() >= wanted for p in self._sensors)
-
     def _due(self, settings):
         """Return how many samples are due now."""
         if settings.speed == 0.0:
             return len(self._block.values)
         now = time.monotonic()
         if self._pace is None:
-            if not self._ready():
-                return 0
             self._pace = (now, self.sent)
         began, sent = self._pace
         due = sent + 1 + int((now - began) * settings.speed * self._rate_hz) - self.sent
@@ -143,14 +138,14 @@ class SimulatorNode(StageNode):
 
     def _tick(self):
         settings = self.settings[0]
-        if settings.speed == 0.0 and not self._ready():
+        if self.sent == 0 and not self._audience.ready():
             return
         due = self._due(settings)
         if settings.duration_s:
             due = min(due, round(settings.duration_s * self._rate_hz) - self.sent)
-        if due > 0 and self._clock is not None:
+        if due > 0 and self._clock_publisher is not None:
             ahead = self._start_ns + round((self.sent + due - 1) * 1e9 / self._rate_hz)
-            self._clock.publish(Clock(clock=time_of(ahead)))
+            self._clock_publisher.publish(Clock(clock=time_of(ahead)))
         while due > 0:
             n = min(due, len(self._block.values) - self._at)
             self._publish(n)
@@ -177,7 +172,7 @@ class SimulatorNode(StageNode):
     def health(self):
         """Tell how far the simulation is."""
         speed = self.settings[0].speed
-        waiting = self._timer is not None and not self._ready() and self.sent == 0
+        waiting = self._timer is not None and self.sent == 0 and not self._audience.ready()
         level = 'warn' if self.behind_s or waiting else 'ok'
         text = ('waiting for subscribers' if waiting else
                 f'{self.sent / self._rate_hz:.1f} s simulated at speed {speed:g}')
