@@ -9,13 +9,15 @@ from scipy.linalg import eigh
 
 from ssi_ros.model.disturbances import Sine
 from ssi_ros.model.excitation import White
+from ssi_ros.model.sensors import Noise
 from ssi_ros.model.system import System
 
 LINE_HZ = 12.0
 EXCITATIONS = ('white', 'white_and_sine', 'sine')
 
 
-def three_dof(damping_ratio=0.005, mass_kg=1.0, stiffness_n_m=1e4, rate_hz=100.0):
+def three_dof(damping_ratio=0.005, mass_kg=1.0, stiffness_n_m=1e4, rate_hz=100.0,
+              noise_rms_m=1e-6):
     """
     Build the 3-DOF chain, eq. (37) of docs/theory.md.
 
@@ -27,11 +29,13 @@ def three_dof(damping_ratio=0.005, mass_kg=1.0, stiffness_n_m=1e4, rate_hz=100.0
         Of every mass [kg] and every spring [N/m].
     rate_hz : float
         Sampling rate [Hz].
+    noise_rms_m : float
+        White noise of the displacement sensor [m], ours.
 
     Returns
     -------
     System
-        With the white excitation of 1 N rms at 100 Hz, and without sensor noise.
+        With the white excitation of 1 N rms at 100 Hz.
 
     """
     mass = mass_kg * np.eye(3)
@@ -42,7 +46,8 @@ def three_dof(damping_ratio=0.005, mass_kg=1.0, stiffness_n_m=1e4, rate_hz=100.0
     return System(
         mass=mass, damping=damping, stiffness=stiffness, input=np.array([[0.0], [0], [1]]),
         sensor=np.array([[1.0, 0, 0]]), dofs=('x1', 'x2', 'x3'), inputs=('force_3',),
-        channels=('x1',), excitation=excitation_of('white'), rate_hz=rate_hz,
+        channels=('x1',), excitation=excitation_of('white'),
+        chain=(Noise((noise_rms_m,)),), rate_hz=rate_hz,
         measured='displacement')
 
 

@@ -1,0 +1,32 @@
+"""The verb `model`, as a user runs it."""
+import numpy as np
+import pytest
+from ssi_ros.cli.main import main
+from ssi_ros.model import assemble, load_spacecraft
+
+
+def test_table_and_reach(capsys):
+    """Twenty lines, six reached by the torque alone."""
+    assert main(['model', '--excitation', 'torque', '--reach']) == 0
+    out = capsys.readouterr().out
+    assert out.count('not excited') == 14
+    assert '6 of 20 modes are reached' in out and '0.6928' in out
+
+
+def test_matrices(tmp_path):
+    """The file holds the five matrices under their names."""
+    assert main(['model', '--npz', str(tmp_path / 'm.npz')]) == 0
+    system = assemble(load_spacecraft())
+    with np.load(tmp_path / 'm.npz') as file:
+        for name in ('mass', 'damping', 'stiffness', 'input', 'sensor'):
+            assert np.array_equal(file[name], getattr(system, name))
+
+
+@pytest.mark.parametrize('text, words', [('hub: 3', 'mapping'), ('noise_rms_m_s2: -1.0', '-1')])
+def test_a_bad_file_is_told(tmp_path, capsys, text, words):
+    """Exit code 2 and one line, no traceback."""
+    path = tmp_path / 'craft.yaml'
+    path.write_text(text)
+    assert main(['model', '--config', str(path)]) == 2
+    error = capsys.readouterr().err
+    assert words in error and error.count('\n') == 1

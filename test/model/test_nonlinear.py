@@ -1,0 +1,111 @@
+"""Nonlinear hinges and the gyroscopic moment against limits and an independent integrator."""
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from ssi_ros.model import assemble, simulate, Spacecraft
+from ssi_ros.model.nonlinear import HingeLaw, KINDS, simulate_nonlinear
+from ssi_ros.model.spacecraft import SolarArray
+
+
+@pytest.fixture(scope='module')
+def hinged():
+    """Return a spacecraft with both roots on hinges of 20 kN m/rad."""
+    return assemble(Spacecraft(arrays=(
+        SolarArray(hinge_n_m_rad=2e4), SolarArray(name='E2', side=-1, hinge_n_m_rad=2e4))),
+        explicit_hinges=True)
+
+
+@pytest.mark.parametrize('kind', KINDS)
+def test_size_zero_changes_nothing(hinged, kind):
+    """The null law gives the linear record; 1e-11 is the rounding of ten times the steps."""
+    laws = (HingeLaw('E1_hinge', kind, 0.0), HingeLaw('E2_hinge', kind, 0.0))
+    values = simulate_nonlinear(hinged, 20.0, 1, laws=laws)[0].values
+    linear = simulate(hinged, 20.0, 1).values
+    assert np.abs(values - linear).max() < 1e-11 * np.abs(linear).max()
+
+
+@pytest.mark.parametrize('kind, size', [('cubic', 2e8), ('freeplay', 2e-3)])
+def test_against_an_adaptive_integrator(hinged, kind, size):
+    """Free swing from 0.01 rad for 10 s: 1 % of the largest value at 4 kHz inside."""
+    space = hinged.plant
+    start = {'E1_hinge': 0.01}
+    x0 = np.array([start.get(s, 0.0) for s in space.states])
+    where = space.states.index('E1_hinge')
+    act = hinged.inputs.index('E1_hinge')
+
+    def torque(alpha):
+        return -size * alpha ** 3 if kind == 'cubic' else 2e4 * np.clip(alpha, -size, size)
+    t = np.arange(1000) / 100.0
+    sol = solve_ivp(lambda _, x: space.a @ x + space.b[:, act] * torque(x[where]), (0, 10), x0,
+                    t_eval=t, method='LSODA', rtol=1e-9, atol=1e-13)
+    expected = space.c @ sol.y + space.d[:, [act]] * torque(sol.y[where])
+    quiet = replace(hinged, chain=())
+    values = simulate_nonlinear(quiet, 10.0, 1, laws=(HingeLaw('E1_hinge', kind, size),),
+                                excitation=(), state0=start, substeps=40)[0].values
+    linear = simulate_nonlinear(quiet, 10.0, 1, excitation=(), state0=start)[0].values
+    # 0.5 s after the start, when what the residual mode rang with has died
+    late = slice(50, None)
+    scale = np.abs(expected.T[late]).max()
+    assert np.abs(values[late] - expected.T[late]).max() < 0.01 * scale
+    assert np.abs(linear[late] - expected.T[late]).max() > 0.1 * scale      # and it matters
+
+
+def test_friction_takes_energy_and_then_sticks(hinged):
+    """Coulomb friction damps the swing of the hinge faster than the modes' own damping."""
+    quiet = replace(hinged, chain=())
+    start = {'E1_eta1': 0.05}
+
+    def tail(size):
+        values = simulate_nonlinear(quiet, 30.0, 1, laws=(HingeLaw('E1_hinge', 'friction', size),),
+                                    excitation=(), state0=start)[0].values
+        return values[-500:].std()
+    assert tail(0.5) < 0.9 * tail(0.0)
+    # so much friction that the hinge never moves: the clamp again, with its frequencies
+    clamped = assemble(Spacecraft())
+    values = simulate_nonlinear(quiet, 60.0, 1, laws=(
+        HingeLaw('E1_hinge', 'friction', 1e3), HingeLaw('E2_hinge', 'friction', 1e3)),
+        excitation=(), state0=start)[0].values[:, 0]
+    expected = simulate_clamped(clamped, start)
+    assert np.abs(values - expected).max() < 0.02 * np.abs(expected).max()
+
+
+def simulate_clamped(system, start):
+    """Return the free decay of a linear system from a state, first channel."""
+    quiet = replace(system, chain=())
+    return simulate_nonlinear(quiet, 60.0, 1, excitation=(), state0=start)[0].values[:, 0]
+
+
+def test_gyroscopic_moment_turns_a_stiff_body_as_euler_says():
+    """The free turn of the hub follows Euler's equations; arrays that flex leave 2 %."""
+    craft = replace(Spacecraft(), noise_rms_m_s2=0.0)
+    system = assemble(craft)
+    rate0 = (0.01, 0.02, 0.03)
+    _, rates = simulate_nonlinear(system, 100.0, 1, gyroscopic=True, at_rest=True, excitation=(),
+                                  rate0_rad_s=rate0)
+    j = system.mass[:3, :3]
+    sol = solve_ivp(lambda _, w: -np.linalg.solve(j, np.cross(w, j @ w)), (0, 100), rate0,
+                    t_eval=np.arange(10000) / 100.0, rtol=1e-10, atol=1e-14)
+    assert np.abs(rates - sol.y.T).max() < 0.02 * np.abs(sol.y).max()
+    momentum = np.linalg.norm(rates @ j, axis=1)
+    assert momentum == pytest.approx(np.full(10000, momentum[0]), rel=0.01)
+    straight = simulate_nonlinear(system, 10.0, 1, at_rest=True, excitation=(),
+                                  rate0_rad_s=rate0)[1]
+    assert straight == pytest.approx(np.tile(rate0, (1000, 1)), rel=1e-12)
+
+
+@pytest.mark.parametrize('make, words', [
+    (lambda s: HingeLaw('E1_hinge', 'rust', 1.0), 'rust'),
+    (lambda s: HingeLaw('E1_hinge', 'cubic', -1.0), 'size=-1'),
+    (lambda s: simulate_nonlinear(s, 1.0, 1, laws=(HingeLaw('E3_hinge', 'cubic', 1.0),)),
+     'E3_hinge'),
+    (lambda s: simulate_nonlinear(s, 1.0, 1, laws=(HingeLaw('E1_hinge', 'cubic', 1.0),) * 2),
+     'two laws'),
+    (lambda s: simulate_nonlinear(s, 1.0, 1, substeps=0), 'substeps=0'),
+    (lambda s: simulate_nonlinear(s, 0.0, 1), 'duration_s=0'),
+])
+def test_bad_requests_are_refused(hinged, make, words):
+    """The message names the value."""
+    with pytest.raises(ValueError, match=words):
+        make(hinged)
