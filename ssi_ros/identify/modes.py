@@ -110,7 +110,7 @@ def _candidate(c, covariances, factors, rows, band, number, held_s, spreads):
                                                 held_s)
         sf, sx = spreads[poles.order]
         rows_of.append((poles.frequency_hz[k], poles.damping_ratio[k], sf[k], sx[k],
-                        poles.power[k]))
+                        0.0))
     table = np.array(rows_of)
     weight = 1.0 / np.maximum(np.nan_to_num(table[:, 2], nan=1.0), 1e-300) ** 2
     weight /= weight.sum()

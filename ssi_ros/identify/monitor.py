@@ -3,17 +3,21 @@ The sliding window: rows in, modes out.
 
 Every result is computed from whole hops, so it does not depend on how the rows arrive.
 """
+from collections import deque
+
 import numpy as np
 
 from ssi_ros.identify.bands import plan_bands, Thinner
+from ssi_ros.identify.harmonics import label, sharpness
 from ssi_ros.identify.lags import Ring
 from ssi_ros.identify.modes import band_modes
 from ssi_ros.identify.settings import Identification
 from ssi_ros.identify.shapes import mac
 from ssi_ros.identify.track import track, Tracks
 from ssi_ros.records import Mode, Pole, WindowModes
-from threadpoolctl import threadpool_limits
+from threadpoolctl import ThreadpoolController
 
+BLAS = ThreadpoolController()     # more threads only slow these small matrices down
 CHANNELS_MAX = 64
 SIZE = 120              # side l i of the covariance matrix that automatic block rows aim at
 
@@ -68,6 +72,7 @@ class Monitor:
         width = len(self.channels)
         self.thinners = [None] + [Thinner(b.factor, width) for b in self.bands[1:]]
         self.rings = [Ring(settings.hops, 2 * self.rows - 1, width) for _ in self.bands]
+        self.kept = [deque(maxlen=settings.hops) for _ in self.bands]
         self.waiting = np.empty((0, width))
         self.offset = None
         self.hop = 0                       # whole hops taken in
@@ -94,7 +99,7 @@ class Monitor:
                              'needed, one column a channel')
         self.waiting = np.concatenate([self.waiting, values])
         results = []
-        with threadpool_limits(limits=1):
+        with BLAS.limit(limits=1):
             while len(self.waiting) >= (size := self._edge(self.hop + 1) - self._edge(self.hop)):
                 rows, self.waiting = self.waiting[:size].copy(), self.waiting[size:]
                 self._take(rows)
@@ -104,7 +109,7 @@ class Monitor:
 
     def identify_now(self):
         """Return the modes of the whole hops that the window holds now."""
-        with threadpool_limits(limits=1):
+        with BLAS.limit(limits=1):
             return self._identify(keep=False)
 
     def _edge(self, hop):
@@ -121,10 +126,11 @@ class Monitor:
             count = np.maximum(np.count_nonzero(~np.isnan(rows), axis=0), 1)
             self.offset = np.nansum(rows, axis=0) / count
         rows = rows - self.offset
-        for thinner, ring in zip(self.thinners, self.rings):
+        for thinner, ring, kept in zip(self.thinners, self.rings, self.kept):
             if thinner is not None:
                 rows = thinner.push(rows)
             ring.push(rows)
+            kept.append(rows)
         self.hop += 1
 
     def _identify(self, keep=True):
@@ -147,12 +153,25 @@ class Monitor:
             rejected += left
         kept, double = one_of_each(candidates)
         rejected += double
-        modes = tuple(Mode(c.frequency_hz, c.damping_ratio, c.shape, c.frequency_std_hz,
-                           c.damping_ratio_std) for c in kept)
+        modes = self._labelled(kept, held_s)
         tracks, modes, births, deaths = track(self.tracks, modes)
         if keep:
             self.tracks = tracks
         return WindowModes(start_ns, end_ns, modes, reason, tuple(rejected), births, deaths)
+
+    def _labelled(self, candidates, held_s):
+        """Turn candidates into modes, each judged as a mode or a line."""
+        modes = []
+        for number, (band, kept) in enumerate(zip(self.bands, self.kept)):
+            own = [c for c in candidates if c.band == number]
+            if not own:
+                continue
+            sharp = sharpness(np.concatenate(kept), band.rate_hz, [c.frequency_hz for c in own])
+            for c, s in zip(own, sharp):
+                word, note = label(c, s, held_s)
+                modes.append(Mode(c.frequency_hz, c.damping_ratio, c.shape, c.frequency_std_hz,
+                                  c.damping_ratio_std, label=word, note=note))
+        return tuple(modes)
 
 
 def one_of_each(candidates):

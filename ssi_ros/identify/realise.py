@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import solve_triangular
-from scipy.linalg.lapack import dgeev
+from scipy.linalg.lapack import dgeev, dtrtrs
 
 RIDGE = 1e-9        # of the mean variance: keeps the Cholesky factor of noise-free data alive
 RIDGES = (1e-9, 1e-7, 1e-5, 1e-4, 1e-3, 1e-2)
@@ -63,10 +63,10 @@ class Poles:
         |lambda| / 2 pi and -Re(lambda) / |lambda|, eq. (51).
     shapes : ndarray, shape (p, l)
         C phi of the scaled channels, largest component 1.
-    power : ndarray, shape (p,)
-        Share of the variance of the scaled channels that the pole explains, eq. (52).
-    right, left : ndarray, shape (n, p) and (p, n)
-        Eigenvectors phi and rows chi^H with chi^H phi = 1.
+    vectors : ndarray, shape (n, n)
+        All eigenvectors phi, one a column.
+    columns : ndarray of int, shape (p,)
+        Which of them belong to these poles.
 
     """
 
@@ -75,9 +75,12 @@ class Poles:
     frequency_hz: np.ndarray
     damping_ratio: np.ndarray
     shapes: np.ndarray
-    power: np.ndarray
-    right: np.ndarray
-    left: np.ndarray
+    vectors: np.ndarray
+    columns: np.ndarray
+
+    def left(self):
+        """Return the rows chi^H with chi^H phi = 1, shape (p, n)."""
+        return np.linalg.inv(self.vectors)[self.columns]
 
 
 def toeplitz(values, rows, first):
@@ -170,7 +173,7 @@ def noise_floor(rows, channels, pairs):
 
 def poles_of(factors, order, rate_hz):
     """
-    Return the poles of one model order, eq. (49) to (52).
+    Return the poles of one model order, eq. (49) to (51).
 
     Parameters
     ----------
@@ -187,19 +190,41 @@ def poles_of(factors, order, rate_hz):
 
     """
     n = order
-    a = solve_triangular(factors.upper[:n, :n], factors.lower[:n, :n], check_finite=False)
+    a, _ = dtrtrs(factors.upper[:n, :n], factors.lower[:n, :n])
     real, imag, _, packed, _ = dgeev(a, compute_vl=0)
     pairs = np.flatnonzero(imag > 0.0)        # LAPACK stores (re, im) of a pair side by side
-    right = packed.astype(complex)
-    right[:, pairs] += 1j * packed[:, pairs + 1]
-    right[:, pairs + 1] = right[:, pairs].conj()
-    left = np.linalg.inv(right)[pairs]
-    right = right[:, pairs]
+    vectors = packed.astype(complex)
+    vectors[:, pairs] += 1j * packed[:, pairs + 1]
+    vectors[:, pairs + 1] = vectors[:, pairs].conj()
     mu = real[pairs] + 1j * imag[pairs]
     lam = np.log(mu) * rate_hz
-    shapes = (factors.observability[:factors.channels, :n] @ right).T
-    gains = left @ factors.last_input[:n]
-    power = 2.0 * np.abs((shapes * gains / mu[:, None]).real.sum(axis=1)) / factors.channels
+    shapes = (factors.observability[:factors.channels, :n] @ vectors[:, pairs]).T
     top = np.take_along_axis(shapes, np.abs(shapes).argmax(axis=1)[:, None], axis=1)
     return Poles(n, mu, np.abs(lam) / (2.0 * np.pi), -lam.real / np.abs(lam), shapes / top,
-                 power, right, left)
+                 vectors, pairs)
+
+
+def power_of(factors, poles, which):
+    """
+    Return the share of the variance that poles explain, eq. (52).
+
+    Parameters
+    ----------
+    factors : Factors
+        Of the window.
+    poles : Poles
+        Of one order.
+    which : ndarray of int, shape (p,)
+        Poles wanted.
+
+    Returns
+    -------
+    ndarray, shape (p,)
+        Of the mean variance of the scaled channels.
+
+    """
+    n = poles.order
+    picks = poles.columns[which]
+    gains = poles.left()[which] @ factors.last_input[:n]
+    shapes = (factors.observability[:factors.channels, :n] @ poles.vectors[:, picks]).T
+    return 2.0 * np.abs((shapes * gains / poles.mu[which, None]).real.mean(axis=1))

@@ -9,6 +9,8 @@ Mechanical Systems and Signal Processing 38 (2013) 346-366; the folding is ours.
 """
 import numpy as np
 
+MEMORY_MIN = 2.0        # least decay within a window that is believed
+
 
 def functionals(factors, poles, which, rows):
     """
@@ -33,12 +35,12 @@ def functionals(factors, poles, which, rows):
     """
     n, width = poles.order, factors.channels
     mu = poles.mu[which][:, None]
-    pick = np.linalg.solve(factors.upper[:n, :n].T, poles.left[which].T).T
+    pick = np.linalg.solve(factors.upper[:n, :n].T, poles.left()[which].T).T
     project = pick @ factors.q[:, :n].T
     a = np.zeros((len(which), rows * width), dtype=complex)
     a[:, width:] = project
     a[:, :-width] -= mu * project
-    b = (factors.inputs[:, :n] @ poles.right[:, which]).T
+    b = (factors.inputs[:, :n] @ poles.vectors[:, poles.columns[which]]).T
     return a.reshape(-1, rows, width), b.reshape(-1, rows, width)
 
 
@@ -124,7 +126,8 @@ def long_run(decay, block_s, window_s):
         1 for blocks without memory, above 1 otherwise.
 
     """
-    memory = 0.5 / np.maximum(decay, 1e-9)
+    # a memory of more than a share of the window cannot be told from a trend
+    memory = 0.5 / np.maximum(decay, MEMORY_MIN / window_s)
 
     def variance(length):            # of the mean over `length` of exponentially coloured noise
         x = length / memory
