@@ -6,9 +6,11 @@ and the level of every mode at once. The level is unknown because the excitation
 Source: Whittle 1953; for stationary records Kay, Fundamentals of Statistical Signal Processing,
 1993, section 3.11.
 """
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+
+from ssi_ros.model.excitation import total_covariance
 
 FLOOR = 1e-9        # of the mean power, added to every channel: no sensor is without noise
 
@@ -56,8 +58,6 @@ class ModalView:
 
 def modal_view(system, excitation=None, rate_hz=None):
     """Return the modes of a system as its excitation drives them (its filters left out)."""
-    from dataclasses import replace
-    from ssi_ros.model.excitation import total_covariance
     rate_hz = system.rate_hz if rate_hz is None else rate_hz
     parts = system.excitation if excitation is None else excitation
     level = np.sqrt(np.diag(total_covariance(parts, rate_hz, system.inputs)))
