@@ -34,7 +34,7 @@ def main():
          f'{energy_drift():.1e}'],
         ['frequencies with a hub of 10^9 times the inertia against the cantilever, largest '
          'relative difference', f'{rigid_limit():.1e}'],
-        ['symmetry: largest difference of the two arrays\' shapes in a mode',
+        ['symmetry: largest difference of the shapes of the two arrays in a mode',
          f'{np.max(np.abs(np.abs(modes.shapes[0]) - np.abs(modes.shapes[2]))):.1e}']])]
     write('spacecraft', 'Coupled spacecraft', lines)
 
