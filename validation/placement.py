@@ -13,7 +13,8 @@ def main():
     lines = ['Gain: spread of the frequencies with the corners over that with the layout, '
              'geometric mean over the modes of interest, from the Cramer-Rao bound. The swarm has '
              '24 particles and 40 rounds and begins at the corners and at effective independence. '
-             'With the default noise every mode peaks 10^4 to 10^5 above it: places hardly matter. '
+             'With the default noise every mode peaks 10^4 to 10^5 above it: '
+             'places hardly matter. '
              'Under the torque alone they do: a sensor near the hub feels the torque itself, and '
              'knowing the input makes the modes surer.',
              '']
