@@ -15,7 +15,7 @@ STOP_DB = 80.0          # what folds back is below 1e-4 of the amplitude
 EDGE = 0.40             # pass band of a thinned band, over its rate; folds back above 0.6
 LOW, HIGH = 0.045, 0.36  # a band answers for this range, over its rate
 SAMPLES_MIN = 400       # a window with fewer samples in a band does not identify it
-COVERAGE = 0.9          # least weight of present samples under the filter, else missing
+COVERAGE = 0.7          # least weight of present samples under the filter, else missing
 
 
 @dataclass(frozen=True)

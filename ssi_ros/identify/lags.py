@@ -69,6 +69,8 @@ class Covariances:
         Length of a block [s].
     counts : float
         Least number of pairs behind a value.
+    pairs : ndarray, shape (K + 1, l, l)
+        Number of pairs behind every value.
 
     """
 
@@ -77,6 +79,19 @@ class Covariances:
     blocks: np.ndarray
     block_s: float
     counts: float
+    pairs: np.ndarray
+
+    def of(self, channels):
+        """Return the covariances of some of the channels, given by a mask."""
+        if channels.all():
+            return self
+        pick = np.ix_(np.ones(len(self.values), dtype=bool), channels, channels)
+        blocks = self.blocks.reshape(len(self.blocks), *self.values.shape)
+        blocks = blocks[np.ix_(np.ones(len(blocks), dtype=bool),
+                               np.ones(len(self.values), dtype=bool), channels, channels)]
+        return Covariances(self.values[pick], self.scale[channels],
+                           blocks.reshape(len(blocks), -1), self.block_s,
+                           self.pairs[pick].min(), self.pairs[pick])
 
 
 class Ring:
@@ -134,4 +149,5 @@ class Ring:
         leaves = self.tree[self.hops:self.hops + number * size]
         blocks = leaves.reshape(number, size, -1).sum(axis=1)
         blocks *= (weight / counts).reshape(1, -1)
-        return Covariances(values * weight, scale, blocks, size * hop_s, float(counts.min()))
+        return Covariances(values * weight, scale, blocks, size * hop_s, float(counts.min()),
+                           counts)

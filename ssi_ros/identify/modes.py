@@ -5,10 +5,11 @@ import numpy as np
 
 from ssi_ros.identify.realise import factorise, noise_floor, poles_of
 from ssi_ros.identify.spread import functionals, lag_weights, pole_spreads
-from ssi_ros.identify.stability import chain, hard_criteria, orders_to_try, votes_needed
+from ssi_ros.identify.stability import chain, hard_criteria, orders_to_try, verdict
 from ssi_ros.records import Pole
 
 MEMBERS = 3             # orders that a mode is averaged over
+FLOOR_MARGIN = 1.1      # noise correlations of a finite record scatter about their edge
 
 
 @dataclass(frozen=True)
@@ -70,10 +71,12 @@ def band_modes(covariances, band, number, rows, settings, held_s):
     """
     rank = min(settings.order_max, (rows - 1) * covariances.values.shape[1])
     factors = factorise(covariances, rows, rank, settings.weighting)
-    floor = noise_floor(rows, factors.channels, covariances.counts)
+    floor = FLOOR_MARGIN * noise_floor(rows, factors.channels, covariances.counts)
     if settings.weighting != 'cva':
         floor *= factors.singular_values[0]
     significant = int(np.count_nonzero(factors.singular_values > floor))
+    if significant < 2:      # a mode needs two states
+        return [], []
     orders = orders_to_try(significant, len(factors.singular_values), rank, settings.orders)
     every = [poles_of(factors, n, band.rate_hz) for n in orders]
     reasons = [hard_criteria(p, band.low_hz, band.high_hz, settings.damping_max) for p in every]
@@ -82,10 +85,9 @@ def band_modes(covariances, band, number, rows, settings, held_s):
                 for p, rs in zip(every, reasons) for k, r in enumerate(rs) if r]
     candidates, spreads = [], {}
     for c in chain(every, usable):
-        needed = votes_needed(c.first, len(orders))
-        if len(c.members) < needed:
-            rejected.extend(_reject(c, f'in {len(c.members)} of {len(orders) - c.first} orders, '
-                                       f'{needed} needed'))
+        reason = verdict(c, orders, significant)
+        if reason:
+            rejected.extend(_reject(c, reason))
             continue
         candidates.append(_candidate(c, covariances, factors, rows, band, number, held_s,
                                      spreads))

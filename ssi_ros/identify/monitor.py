@@ -4,6 +4,7 @@ The sliding window: rows in, modes out.
 Every result is computed from whole hops, so it does not depend on how the rows arrive.
 """
 from collections import deque
+from dataclasses import replace
 
 import numpy as np
 
@@ -19,6 +20,8 @@ from threadpoolctl import ThreadpoolController
 
 BLAS = ThreadpoolController()     # more threads only slow these small matrices down
 CHANNELS_MAX = 64
+PRESENT_MIN = 0.5       # share of its samples that a channel must have
+WILD = 1e100            # no acceleration: its square would overflow
 SIZE = 120              # side l i of the covariance matrix that automatic block rows aim at
 
 
@@ -74,7 +77,7 @@ class Monitor:
         self.rings = [Ring(settings.hops, 2 * self.rows - 1, width) for _ in self.bands]
         self.kept = [deque(maxlen=settings.hops) for _ in self.bands]
         self.waiting = np.empty((0, width))
-        self.offset = None
+        self.offset, self.wild = None, 0
         self.hop = 0                       # whole hops taken in
         self.tracks = Tracks()
 
@@ -121,7 +124,9 @@ class Monitor:
 
     def _take(self, rows):
         """Book one hop of rows in every band."""
-        rows = np.where(np.isfinite(rows), rows, np.nan)
+        usable = np.abs(rows) < WILD           # a NaN is not
+        self.wild += int(np.count_nonzero(~usable & ~np.isnan(rows)))
+        rows = np.where(usable, rows, np.nan)
         if self.offset is None:            # a large constant would cost digits
             count = np.maximum(np.count_nonzero(~np.isnan(rows), axis=0), 1)
             self.offset = np.nansum(rows, axis=0) / count
@@ -141,16 +146,23 @@ class Monitor:
         reason = ''
         if filled < self.settings.hops:
             reason = (f'the window holds {held_s:g} s of {self.settings.window_s:g} s')
+        live, why = self._live_channels()
+        reason = '; '.join(filter(None, (reason, why)))
         candidates, rejected = [], []
         for number, (band, ring) in enumerate(zip(self.bands, self.rings)):
+            if not live.any():
+                break
             try:
-                found, left = band_modes(ring.covariances(self.settings.hop_s), band, number,
-                                         self.rows, self.settings, held_s)
+                covariances = ring.covariances(self.settings.hop_s).of(live)
+                found, left = band_modes(covariances, band, number, self.rows, self.settings,
+                                         held_s)
             except np.linalg.LinAlgError as error:
-                reason = reason or f'band of {band.rate_hz:g} Hz: {error}'
+                reason = '; '.join(filter(None, (reason, f'band of {band.rate_hz:g} Hz: {error}')))
                 continue
-            candidates += found
+            candidates += [spread_shape(c, live) for c in found]
             rejected += left
+        if not candidates and not reason:
+            reason = 'no mode stands above the noise of the window'
         kept, double = one_of_each(candidates)
         rejected += double
         modes = self._labelled(kept, held_s)
@@ -158,6 +170,30 @@ class Monitor:
         if keep:
             self.tracks = tracks
         return WindowModes(start_ns, end_ns, modes, reason, tuple(rejected), births, deaths)
+
+    def _live_channels(self):
+        """Return which channels can be identified, and what is wrong with the others."""
+        ring, offset = self.rings[0], self.offset
+        if ring.pushed == 0:
+            return np.zeros(len(self.channels), dtype=bool), 'no samples yet'
+        covariances = ring.covariances(self.settings.hop_s)
+        share = ring.present.sum(axis=0) / max(1, self._edge(ring.filled))
+        sparse = share < PRESENT_MIN
+        flat = ~sparse & (covariances.scale <= 1e-9 * np.abs(offset))
+        live = ~(sparse | flat)
+        words = [f'channel {self.channels[k]} misses {100 * (1 - share[k]):.0f} % of its samples'
+                 for k in np.flatnonzero(sparse)]
+        words += [f'channel {self.channels[k]} is constant' for k in np.flatnonzero(flat)]
+        for k in np.flatnonzero(live):
+            for j in np.flatnonzero(live[:k]):
+                if abs(covariances.values[0, j, k]) > 1.0 - 1e-9:
+                    live[k] = False
+                    words.append(f'channels {self.channels[j]} and {self.channels[k]} are '
+                                 'identical')
+                    break
+        if self.wild:
+            words.append(f'{self.wild} samples beyond {WILD:g} were treated as missing')
+        return live, '; '.join(words)
 
     def _labelled(self, candidates, held_s):
         """Turn candidates into modes, each judged as a mode or a line."""
@@ -172,6 +208,15 @@ class Monitor:
                 modes.append(Mode(c.frequency_hz, c.damping_ratio, c.shape, c.frequency_std_hz,
                                   c.damping_ratio_std, label=word, note=note))
         return tuple(modes)
+
+
+def spread_shape(candidate, live):
+    """Return a candidate whose shape covers all channels, 0 where one was left out."""
+    if live.all():
+        return candidate
+    shape = np.zeros(len(live), dtype=complex)
+    shape[live] = candidate.shape
+    return replace(candidate, shape=shape)
 
 
 def one_of_each(candidates):

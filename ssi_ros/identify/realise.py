@@ -10,7 +10,7 @@ from scipy.linalg import solve_triangular
 from scipy.linalg.lapack import dgeev, dtrtrs
 
 RIDGE = 1e-9        # of the mean variance: keeps the Cholesky factor of noise-free data alive
-RIDGES = (1e-9, 1e-7, 1e-5, 1e-4, 1e-3, 1e-2)
+RIDGES = (1e-9, 1e-7, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1.0)
 RANK = 1e-7         # singular values below this share of the largest are rounding
 
 

@@ -17,7 +17,8 @@ FREQUENCY_STEP = 0.01    # largest relative change of frequency from order to or
 MAC_STEP = 0.5           # least MAC from order to order
 SHARE = 0.6              # of the orders from its first on, in which a mode must appear
 COST_FREQUENCY = 0.003   # relative change of frequency that weighs as much as MAC 0
-COST_DAMPING = 0.02
+COST_DAMPING = 0.02      # change of damping that weighs as much
+BEYOND = 4               # orders past the significant ones at which a mode may first appear
 
 
 @dataclass
@@ -120,6 +121,31 @@ def chain(all_poles, usable):
     return chains
 
 
-def votes_needed(first, orders):
-    """Return in how many orders a chain that begins at position `first` must appear."""
-    return max(3, int(np.ceil(SHARE * (orders - first))), orders // 3 + 1)
+def verdict(c, orders, significant):
+    """
+    Judge a chain: '' for a mode, otherwise the reason why it is none.
+
+    A mode is there as soon as the order covers the significant singular values, and stays; what
+    only appears beyond them fits noise.
+
+    Parameters
+    ----------
+    c : Chain
+        The poles.
+    orders : sequence of int
+        All orders tried.
+    significant : int
+        Singular values above the noise floor.
+
+    Returns
+    -------
+    str
+
+    """
+    first = c.members[0][0].order
+    if first > max(significant + BEYOND, orders[0]):
+        return f'only from order {first} on; the {significant} significant ones do not need it'
+    needed = max(3, int(np.ceil(SHARE * (len(orders) - c.first))), len(orders) // 2)
+    if len(c.members) < needed:
+        return f'in {len(c.members)} of {len(orders)} orders; {needed} are needed'
+    return ''
