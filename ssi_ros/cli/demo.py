@@ -63,7 +63,8 @@ def run(args):
     alone = largest_difference(outcome.live, {w.end_ns: w for w in offline})
     print(f'\n{found} of 20 modes within 0.5 % of theory '
           f'({sum(m.label == "structural" for m in last.modes)} found structural)')
-    print(f'replayed against live, {len(outcome.replayed)} windows: largest difference {replay:.1e}')
+    print(f'replayed against live, {len(outcome.replayed)} windows: '
+          f'largest difference {replay:.1e}')
     print(f'offline against live, {len(offline)} windows: largest difference {alone:.1e}')
     print(f'live {outcome.live_s:.0f} s, replay {outcome.replay_s:.0f} s; bag: {outcome.bag}, '
           f'modes: {args.folder / "modes.json"}')

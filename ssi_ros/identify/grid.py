@@ -86,6 +86,7 @@ class Grid:
         self._last = [None] * len(self.channels)          # newest index a channel
         self._left_behind = [None] * len(self.channels)   # newest before a jump of the others
         self._rows = {}                                   # parts: (channel, index, value)
+        self._recent = [np.empty(0, dtype=np.int64) for _ in self.channels]
         self._next = 0                                    # first row not yet handed out
 
     def push(self, channel, stamps_ns, values):
@@ -218,7 +219,7 @@ class Grid:
 
     def _place(self, c, stamps, values, dt):
         """Give each sample the index of its tick; follow the drift of the channel's phase."""
-        self._update_rate(c, stamps, dt)
+        self._update_rate(c, stamps)
         since = (stamps - self.origin_ns).astype(float)
         if self._phases[c] is None:
             k = int(np.argmax(since >= -0.5 * dt)) if (since >= -0.5 * dt).any() else 0
@@ -239,11 +240,11 @@ class Grid:
             self._rows.setdefault(c, []).append((index[~late], values[~late]))
         self._last[c] = max(before, int(index.max()))
 
-    def _update_rate(self, c, stamps, dt):
-        if len(stamps) > 1:
-            step = np.median(np.diff(stamps))
-            if step > 0:
-                self.counts[c] = replace(self.counts[c], rate_hz=float(1e9 / step))
+    def _update_rate(self, c, stamps):
+        """Follow the rate at which a channel's stamps come, over its last RATE_SAMPLES."""
+        recent = self._recent[c] = np.concatenate([self._recent[c], stamps])[-RATE_SAMPLES:]
+        if len(recent) > 1 and (step := np.median(np.diff(recent))) > 0:
+            self.counts[c] = replace(self.counts[c], rate_hz=float(1e9 / step))
 
     def _emit(self, end):
         first, n = self._next, end - self._next

@@ -2,11 +2,10 @@
 import importlib
 
 import numpy as np
-import yaml
-
 from ssi_ros.bag import Channel, definition_of, field_reader
 from ssi_ros.bag.channels import DEFAULT_FIELD, DEFAULT_TYPE
 from ssi_ros.quantity import unknown
+import yaml
 
 KEYS = ('topic', 'type', 'field', 'name')
 

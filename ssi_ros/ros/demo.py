@@ -16,7 +16,6 @@ from diagnostic_msgs.msg import DiagnosticArray
 import rclpy
 from rclpy.experimental import EventsExecutor
 from rclpy.signals import SignalHandlerOptions
-
 from ssi_ros.ros.messages import window_of
 from ssi_ros.ros.node import ros_arguments
 
@@ -40,9 +39,11 @@ class Processes:
 
     def __init__(self, log_folder):
         log_folder.mkdir(parents=True, exist_ok=True)
+        # a domain of its own, so that nobody else's topics are mixed in
+        os.environ.setdefault('ROS_DOMAIN_ID', str(1 + os.getpid() % 100))
+        os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
         self.log_folder = log_folder
-        self.environment = dict(os.environ, ROS_AUTOMATIC_DISCOVERY_RANGE='LOCALHOST',
-                                ROS_LOG_DIR=str(log_folder.resolve()))
+        self.environment = dict(os.environ, ROS_LOG_DIR=str(log_folder.resolve()))
         self.running = {}
 
     def start(self, name, node, **settings):

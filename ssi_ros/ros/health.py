@@ -1,7 +1,8 @@
 """What the nodes report on /diagnostics: plain functions from counts to statuses."""
 from ssi_ros.ros.messages import status
 
-RATE_TOLERANCE = 0.02       # a channel whose rate differs by more is at another rate
+RATE_TOLERANCE = 0.02       # a channel whose rate differs by more is at another rate,
+RECEIPT_TOLERANCE = 0.2     # and if it is stamped by receipt, whose times are uneven, by this
 
 
 def identifier(node, sources, publishers, worker, up_s):
@@ -16,13 +17,14 @@ def identifier(node, sources, publishers, worker, up_s):
 def _channel(node, source, publishers, count, grid_rate_hz, up_s):
     level, text = 'ok', f'{count.rate_hz:.2f} Hz'
     lost = count.missing + count.late
+    tolerance = RECEIPT_TOLERANCE if source.by_receive_time else RATE_TOLERANCE
     if count.received == 0:
         level = 'warn' if up_s < 5.0 else 'error'
         text = (f'silent: no publisher of {source.topic} [{source.type}]' if publishers == 0 else
                 f'silent: {publishers} publisher(s) of {source.topic}, but no message arrives; '
                 'compare type and QoS (a best-effort publisher and a reliable subscriber never '
                 'connect)')
-    elif grid_rate_hz and abs(count.rate_hz / grid_rate_hz - 1.0) > RATE_TOLERANCE:
+    elif grid_rate_hz and abs(count.rate_hz / grid_rate_hz - 1.0) > tolerance:
         level, text = 'error', (f'arrives at {count.rate_hz:.2f} Hz, the grid is at '
                                 f'{grid_rate_hz:.2f} Hz: windows of it are refused')
     elif publishers > 1:

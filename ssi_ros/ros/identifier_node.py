@@ -12,17 +12,16 @@ import time
 
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.qos import (DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy)
-from std_msgs.msg import Float64MultiArray
-from std_srvs.srv import Trigger
-
 from ssi_ros.identify import Identification
 from ssi_ros.identify.grid import Grid
 from ssi_ros.identify.stamped import SegmentMonitor
 from ssi_ros.ros import health
 from ssi_ros.ros.channels import channel_sources
 from ssi_ros.ros.identifier_settings import IdentifierInput
-from ssi_ros.ros.messages import modes_message, series_message, SERIES, Slots
+from ssi_ros.ros.messages import modes_message, SERIES, series_message, Slots
 from ssi_ros.ros.node import run, StageNode
+from std_msgs.msg import Float64MultiArray
+from std_srvs.srv import Trigger
 
 DRAIN_S = 0.05            # how often the raw bytes are read into rows
 
@@ -31,6 +30,7 @@ class IdentifierNode(StageNode):
     """Watch the modes of a structure through its accelerometers."""
 
     settings_classes = (IdentifierInput, Identification)
+    restarting_classes = (Identification,)
 
     def __init__(self, **kwargs):
         super().__init__('identifier', **kwargs)

@@ -11,8 +11,9 @@ class IdentifierInput:
     channels: tuple = quantity(
         ('{topic: accelerometer/e1_a}', '{topic: accelerometer/e1_b}',
          '{topic: accelerometer/e2_a}', '{topic: accelerometer/e2_b}'),
-        doc='the channels, 1 to 64 entries {topic: T, type: pkg/msg/Type, field: a.b[0], name: N}; '
-            'type and field default to geometry_msgs/msg/AccelStamped and accel.linear.z',
+        doc='the channels, 1 to 64 entries {topic: T, type: pkg/msg/Type, field: a.b[0], '
+            'name: N}; type and field default to geometry_msgs/msg/AccelStamped and '
+            'accel.linear.z',
         live=False)
     rate_hz: float = quantity(
         0.0, unit='Hz', low=0.0, high=1e6, live=False,

@@ -9,9 +9,8 @@ import math
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from std_msgs.msg import Float64MultiArray, MultiArrayDimension, MultiArrayLayout
-
 from ssi_ros.records import Mode, WindowModes
+from std_msgs.msg import Float64MultiArray, MultiArrayDimension, MultiArrayLayout
 
 SERIES = ('frequency_hz', 'frequency_std_hz', 'damping_ratio', 'damping_ratio_std')
 

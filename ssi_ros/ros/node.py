@@ -19,7 +19,6 @@ from rclpy.exceptions import ParameterException
 from rclpy.experimental import EventsExecutor
 from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
 from rclpy.signals import SignalHandlerOptions
-
 from ssi_ros.ros import parameters
 
 LINGER_S = 0.5
@@ -31,6 +30,7 @@ class StageNode(LifecycleNode):
     """A lifecycle node with settings declared as records."""
 
     settings_classes = ()
+    restarting_classes = ()        # those of them that can change although not `live`
     exit_code = 0
 
     def __init__(self, name, **kwargs):
@@ -132,7 +132,8 @@ class StageNode(LifecycleNode):
         self._health_publisher.publish(msg)
 
     def _change(self, changes):
-        new = tuple(parameters.changed(record, changes) for record in self.settings)
+        new = tuple(parameters.changed(record, changes, type(record) in self.restarting_classes)
+                    for record in self.settings)
         if new != self.settings:
             self.settings_changed(*new)
             self.settings = new
@@ -183,6 +184,7 @@ def run(node_class, args=None):
     code, node = 0, None
     try:
         node = node_class()
+        parameters.check_known(node)
         executor = EventsExecutor()
         executor.add_node(node)
         if node.get_parameter('autostart').value and not _start(node):

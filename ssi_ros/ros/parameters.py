@@ -10,8 +10,7 @@ import math
 from rcl_interfaces.msg import (FloatingPointRange, IntegerRange, ParameterDescriptor,
                                 ParameterType, SetParametersResult)
 from rclpy.parameter import Parameter
-
-from ssi_ros.quantity import check_value, quantities
+from ssi_ros.quantity import check_value, quantities, unknown
 
 WHOLE_LIMIT = 2 ** 31 - 1
 
@@ -50,7 +49,7 @@ def read(node, cls):
     return cls(**values)
 
 
-def changed(record, parameters):
+def changed(record, parameters, restarts=False):
     """
     Return the record with the changes asked for.
 
@@ -60,9 +59,8 @@ def changed(record, parameters):
         The settings in force.
     parameters : list of rclpy.parameter.Parameter
         The changes; names that are not the record's are left out.
-
-    A record with an attribute `restarts` that is true can take any change, since what runs on it
-    is started anew.
+    restarts : bool
+        Whether what runs on the record is started anew, so that it can take any change.
 
     Raises
     ------
@@ -76,12 +74,28 @@ def changed(record, parameters):
         if p.name in known:
             f = known[p.name]
             value = _from_ros(f, p.value)
-            fixed = not (f.metadata['live'] or getattr(record, 'restarts', False))
-            if fixed and value != getattr(record, p.name):
+            if not (f.metadata['live'] or restarts) and value != getattr(record, p.name):
                 raise ValueError(f'{p.name} cannot change while the node is configured; '
                                  'deactivate and clean up first, or set it at the start')
             new[p.name] = value
     return replace(record, **new)
+
+
+def check_known(node):
+    """
+    Check that every parameter given at the start is one that the node has.
+
+    Raises
+    ------
+    ValueError
+        With the names that are near.
+
+    """
+    # rclpy offers no public way to ask what was given but not declared
+    for name in node._parameter_overrides:
+        if not node.has_parameter(name) and not name.startswith('qos_overrides.'):
+            known = [p for p in node._parameters if not p.startswith('qos_overrides.')]
+            raise ValueError(unknown(f'parameter {name}', name, known))
 
 
 def answer(function):

@@ -11,14 +11,13 @@ import time
 
 from rclpy.qos import (DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy)
 from rosgraph_msgs.msg import Clock
-from std_srvs.srv import Trigger
-
 from ssi_ros.bag import open_bag
 from ssi_ros.bag.play import schedule
 from ssi_ros.quantity import quantity
 from ssi_ros.ros.channels import message_class
 from ssi_ros.ros.messages import status, time_of
 from ssi_ros.ros.node import Audience, run, StageNode
+from std_srvs.srv import Trigger
 
 CLOCK_S = 0.01            # how often /clock is published while nothing else happens
 DISCOVERY_S = 10.0        # how long to wait for the subscribers that were asked for

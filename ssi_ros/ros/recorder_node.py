@@ -2,8 +2,9 @@
 Recorder node: raw messages of any topics to an MCAP bag that survives a crash.
 
 A callback appends to the writer's buffer (about 1 us); the writer's own thread compresses, flushes
-every half second and syncs to the disk. Topics that appear later are joined as they come, with the quality of service that their publishers
-offer, so that a best-effort sensor and a latched status are both heard.
+every half second and syncs to the disk. Topics that appear later are joined as they come, with
+the quality of service that their publishers offer, so that a best-effort sensor and a latched
+status are both heard.
 """
 from dataclasses import dataclass
 import re
@@ -11,7 +12,6 @@ import threading
 import time
 
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
-
 from ssi_ros.bag import BagWriter
 from ssi_ros.quantity import quantity
 from ssi_ros.ros.channels import message_class

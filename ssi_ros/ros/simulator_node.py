@@ -10,13 +10,12 @@ import time
 from geometry_msgs.msg import AccelStamped
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
-from std_msgs.msg import Float64MultiArray, MultiArrayDimension, MultiArrayLayout
-
 from ssi_ros.bag import encode_accel
 from ssi_ros.model import assemble, load_spacecraft, stream
 from ssi_ros.quantity import quantity
 from ssi_ros.ros.messages import status, time_of
 from ssi_ros.ros.node import Audience, run, StageNode
+from std_msgs.msg import Float64MultiArray, MultiArrayDimension, MultiArrayLayout
 
 TICK_S = 0.01             # how often due samples are published
 BLOCK_S = 1.0             # how much is simulated at once
