@@ -1,19 +1,30 @@
 """What every validation script shares: the head of a report, and where it goes."""
+from datetime import date
+import os
 from pathlib import Path
 import platform
 import subprocess
 
 ROOT = Path(__file__).resolve().parent.parent
-DATE = '2026-11-21'
+
+
+def machine():
+    """Return what the numbers were made on, in a few words."""
+    cpu = platform.machine()
+    for line in Path('/proc/cpuinfo').read_text().splitlines():
+        if line.startswith('model name'):
+            cpu = line.split(':', 1)[1].strip()
+            break
+    return f'Python {platform.python_version()}, {os.cpu_count()} cores {cpu}'
 
 
 def write(topic, title, lines, seed=None):
     """Write docs/validation/<topic>.md with commit, command, seed and machine, and print it."""
     commit = subprocess.run(['git', 'rev-parse', '--short', 'HEAD'], cwd=ROOT, text=True,
                             capture_output=True).stdout.strip()
-    head = [f'# {title}', '', f'{DATE}, commit {commit}, `python -m validation.{topic}`'
+    head = [f'# {title}', '', f'{date.today()}, commit {commit}, `python -m validation.{topic}`'
             + ('' if seed is None else f', seed {seed}')
-            + f', Python {platform.python_version()}, 2 cores AMD EPYC.', '']
+            + f', {machine()}.', '']
     text = '\n'.join([*head, *lines, ''])
     (ROOT / 'docs' / 'validation' / f'{topic}.md').write_text(text)
     print(text)

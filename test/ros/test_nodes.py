@@ -141,7 +141,7 @@ def test_other_rate_is_told(bench):
         sender.send(rows[k + 1:k + 2], stamps[k + 1:k + 2], skip=(1,))
     bench.wait(said(health, 'channel b', 'arrives at 50.00 Hz, the grid is at 100.00 Hz'))
     bench.wait(lambda: windows)
-    assert 'channel b misses' in windows[0].reason
+    assert windows[0].reason and not windows[0].modes
 
 
 def test_incompatible_qos_is_told(bench):
@@ -164,7 +164,6 @@ def test_zero_stamps_take_the_time_of_receipt(bench):
     for _ in range(300):
         sender.send(np.ones((1, 2)), np.zeros(1, dtype=np.int64))
         time.sleep(0.01)
-    print([x.message for m in health for x in m.status], [x.values for x in health[-1].status])
     bench.wait(said(health, 'channel a', 'stamped by the time of receipt'))
 
 
