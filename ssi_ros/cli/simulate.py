@@ -22,6 +22,8 @@ def add_arguments(parser):
                         help='spacecraft YAML (default: the packaged one)')
     parser.add_argument('--excitation', choices=EXCITATIONS, default='ambient',
                         help='what acts on it (default: ambient)')
+    parser.add_argument('--effect', action='append', default=[], metavar='NAME:PARAM=VALUE,...',
+                        help='inject an effect of `ssi_ros effects`; may be repeated')
     parser.add_argument('--rate-hz', type=float,
                         help='sampling rate [Hz] (default: the configured one)')
     parser.add_argument('--at-rest', action='store_true',
@@ -33,13 +35,15 @@ def add_arguments(parser):
 
 def run(args):
     """Simulate, write, say how fast it was."""
+    from dataclasses import replace
     import math
     import time
 
     from ssi_ros.bag import write_samples
     from ssi_ros.cli._options import Progress
     from ssi_ros.cli.model import chosen
-    from ssi_ros.model import assemble, load_spacecraft, simulate
+    from ssi_ros.effects import inject, load_configuration, parse_effect, simulate_setup
+    from ssi_ros.model import assemble, simulate
 
     if not (math.isfinite(args.start_s) and 0.0 <= args.start_s < 2 ** 31):
         raise ValueError(f'start_s={args.start_s:g} must be 0 to 2147483647 [s], the range of a '
@@ -47,13 +51,22 @@ def run(args):
     if args.bag.exists():
         raise ValueError(f'{args.bag} exists; give another name, or remove it first')
     begin = time.perf_counter()
-    system = assemble(load_spacecraft(args.config))
+    spacecraft, effects = load_configuration(args.config)
+    effects += tuple(parse_effect(e) for e in args.effect)
+    how = {'at_rest': args.at_rest, 'start_ns': round(args.start_s * 1e9)}
     with Progress('simulating') as progress:
-        samples = simulate(system, args.duration_s, args.seed, rate_hz=args.rate_hz,
-                           excitation=chosen(system, args.excitation), at_rest=args.at_rest,
-                           start_ns=round(args.start_s * 1e9), progress=progress)
+        if effects:
+            spacecraft = replace(spacecraft, rate_hz=args.rate_hz or spacecraft.rate_hz)
+            spacecraft = _with_excitation(spacecraft, args.excitation)
+            samples = simulate_setup(inject(spacecraft, effects, args.duration_s), args.seed,
+                                     progress=progress, **how)
+        else:
+            system = assemble(spacecraft)
+            samples = simulate(system, args.duration_s, args.seed, rate_hz=args.rate_hz,
+                               excitation=chosen(system, args.excitation), progress=progress,
+                               **how)
     made = {'command': 'ssi_ros simulate', 'seed': args.seed, 'excitation': args.excitation,
-            'config': args.config or 'packaged'}
+            'config': args.config or 'packaged', 'effects': ' '.join(e.text() for e in effects)}
     with Progress('writing') as progress:
         write_samples(args.bag, samples, extra=made, progress=progress)
     took = time.perf_counter() - begin
@@ -61,3 +74,11 @@ def run(args):
           f'{samples.rate_hz:g} Hz, {samples.duration_s:g} s in {took:.2f} s '
           f'({samples.duration_s / took:.0f} times real time)')
     return 0
+
+
+def _with_excitation(spacecraft, name):
+    """Return the spacecraft with only the excitation that a name of EXCITATIONS stands for."""
+    from dataclasses import replace
+    levels = {'ambient': {}, 'torque': {'process_noise_rms': 0.0},
+              'process': {'torque_rms_n_m': (0.0, 0.0, 0.0)}}[name]
+    return replace(spacecraft, excitation=replace(spacecraft.excitation, **levels))

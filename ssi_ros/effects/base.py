@@ -1,0 +1,139 @@
+"""
+What an effect is: a frozen record that changes a `Setup`, declared in a file of its own.
+
+Every quantity's default is its null value, so an effect at its defaults changes nothing and every
+model with an effect contains the nominal one. `site` is the word that localisation answers with.
+"""
+from dataclasses import dataclass, fields
+from enum import Enum
+import math
+
+from ssi_ros.model.spacecraft import Spacecraft
+from ssi_ros.model.system import System
+from ssi_ros.quantity import check, quantities
+
+
+class Site(str, Enum):
+    """Where an effect acts."""
+
+    EXCITATION = 'excitation'
+    STRUCTURE = 'structure'
+    SENSOR = 'sensor'
+    TIMING = 'timing'
+
+
+@dataclass(frozen=True, eq=False)
+class Setup:
+    """
+    A simulator made ready: the linear system, and what matrices cannot say.
+
+    Attributes
+    ----------
+    spacecraft : Spacecraft
+        The numbers that the system was assembled from.
+    system : System
+        Structure, excitation and sensor chain; its rate is that of the true sampling clock.
+    stamp_rate_hz : float
+        Rate that the stamps claim [Hz].
+    duration_s : float
+        Length of the record, which some effects stretch over [s].
+    laws : tuple of HingeLaw
+        Nonlinear hinges; the system then has explicit hinges.
+    drift : float
+        Relative change of every array's D from the first to the last sample [1].
+    delays_s : tuple of float
+        Delay of every channel [s]; empty for none.
+    jitter_rms_s : float
+        Wander of the sampling instants [s].
+
+    """
+
+    spacecraft: Spacecraft
+    system: System
+    stamp_rate_hz: float
+    duration_s: float
+    laws: tuple = ()
+    drift: float = 0.0
+    delays_s: tuple = ()
+    jitter_rms_s: float = 0.0
+
+
+class Effect:
+    """
+    One unmodelled effect; a subclass is a frozen record made by `@effect`.
+
+    Class attributes: `name`, `site`, `size` (the quantity that is null when there is no effect),
+    `reference` (where the physics is written), `starts` (values from which a fit begins, and which
+    score the effect), `spectral` (whether the expected spectrum shows it), `nonlinear`.
+    """
+
+    name = ''
+    site = None
+    size = ''
+    reference = ''
+    starts = {}
+    spectral = True
+    nonlinear = False
+
+    def __post_init__(self):
+        check(self)
+
+    @property
+    def is_null(self):
+        """Whether the effect is at the value that changes nothing."""
+        null = next(f.default for f in fields(self) if f.name == self.size)
+        return getattr(self, self.size) == null
+
+    def spacecraft(self, spacecraft):
+        """Return the spacecraft with the effect in its numbers."""
+        return spacecraft
+
+    def apply(self, setup):
+        """Return the setup with the effect in it, after all spacecraft hooks have run."""
+        return setup
+
+    @classmethod
+    def numbers(cls):
+        """Return the fields of the quantities that are numbers, which a fit can move."""
+        return tuple(f for f in quantities(cls) if not isinstance(f.default, str))
+
+    @classmethod
+    def words(cls):
+        """Return the fields of the quantities that name a channel or an array."""
+        return tuple(f for f in quantities(cls) if isinstance(f.default, str))
+
+    def text(self):
+        """Return the effect as the command line writes it, `name:param=value,...`."""
+        pairs = ','.join(f'{f.name}={_plain(getattr(self, f.name))}' for f in quantities(self))
+        return f'{self.name}:{pairs}'
+
+
+def _plain(value):
+    return value if isinstance(value, str) else f'{value:.9g}'
+
+
+def is_log(f):
+    """Return whether a quantity is fitted by its logarithm: positive, and null at 0 or inf."""
+    null = f.default
+    return f.metadata['low'] >= 0.0 and (null == 0.0 or math.isinf(null) or null > 1.5)
+
+
+_KNOWN = {}
+
+
+def effect(cls):
+    """Make a subclass of Effect a frozen record and enter it in the library."""
+    cls = dataclass(frozen=True)(cls)
+    names = [f.name for f in quantities(cls)]
+    if not (cls.name and isinstance(cls.site, Site) and cls.size in names):
+        raise TypeError(f'{cls.__name__} needs a name, a site, and as size one of {names}')
+    if cls.name in _KNOWN and _KNOWN[cls.name].__module__ != cls.__module__:
+        raise TypeError(f'the effect {cls.name} is declared twice: in '
+                        f'{_KNOWN[cls.name].__module__} and {cls.__module__}')
+    _KNOWN[cls.name] = cls
+    return cls
+
+
+def known():
+    """Return the effects declared so far, by name; `library` loads them all first."""
+    return _KNOWN

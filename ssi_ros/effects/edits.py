@@ -1,0 +1,52 @@
+"""The small changes that several effects make."""
+from dataclasses import replace
+
+import numpy as np
+
+from ssi_ros.model.sensors import Mix
+from ssi_ros.quantity import unknown
+
+
+def channel_index(system, channel):
+    """Return the index of a channel, ValueError with the near names if there is none."""
+    if channel not in system.channels:
+        raise ValueError(unknown(f'channel {channel!r}', channel, system.channels))
+    return system.channels.index(channel)
+
+
+def change_array(spacecraft, name, **changes):
+    """Return the spacecraft with numbers of one array changed."""
+    spacecraft.array(name)
+    return replace(spacecraft, arrays=tuple(
+        replace(a, **changes) if a.name == name else a for a in spacecraft.arrays))
+
+
+def scale_stiffness(system, arrays, scale):
+    """
+    Return the system with the bending stiffness D of arrays times `scale`, eq. (81).
+
+    Shapes do not depend on D, so Omega^2 follows D and, at the same damping ratio, Omega its
+    root. A hinge keeps its stiffness.
+    """
+    prefixes = tuple(f'{a}_eta' for a in arrays)
+    rows = np.array([d.startswith(prefixes) for d in system.dofs])
+    both = np.outer(rows, rows)
+    return replace(system, stiffness=np.where(both, scale * system.stiffness, system.stiffness),
+                   damping=np.where(both, np.sqrt(scale) * system.damping, system.damping))
+
+
+def mix(setup, matrix):
+    """Return the setup with the channels mixed before any other stage of the chain."""
+    stage = Mix(tuple(map(tuple, matrix.tolist())))
+    return replace(setup, system=replace(setup.system, chain=(stage,) + setup.system.chain))
+
+
+def add_stage(setup, stage):
+    """Return the setup with a stage at the end of the sensor chain."""
+    return replace(setup, system=replace(setup.system, chain=setup.system.chain + (stage,)))
+
+
+def add_part(setup, part):
+    """Return the setup with one more part of the excitation."""
+    return replace(setup, system=replace(setup.system,
+                                         excitation=setup.system.excitation + (part,)))

@@ -1,0 +1,24 @@
+"""The excitation is not white: less at high frequency."""
+from dataclasses import replace
+
+from ssi_ros.effects.base import Effect, effect, Site
+from ssi_ros.model.shaping import low_pass
+from ssi_ros.quantity import quantity
+
+
+@effect
+class ExcitationColour(Effect):
+    """Torque and process noise pass a first-order low-pass before they act, eq. (82)."""
+
+    name = 'excitation_colour'
+    site = Site.EXCITATION
+    size = 'corner_hz'
+    reference = 'paper, section 4.2 (shaping filter)'
+    starts = {'corner_hz': (30.0, 8.0)}
+
+    corner_hz: float = quantity(float('inf'), unit='Hz', low=0.01, doc='corner of the low-pass')
+
+    def apply(self, setup):
+        """Return the setup with the filter in front of the structure."""
+        shaping = low_pass(self.corner_hz, len(setup.system.inputs))
+        return replace(setup, system=replace(setup.system, shaping=shaping))

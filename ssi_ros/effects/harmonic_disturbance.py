@@ -1,0 +1,24 @@
+"""A machine on the hub turns at a steady speed."""
+from ssi_ros.effects.base import Effect, effect, Site
+from ssi_ros.effects.edits import add_part
+from ssi_ros.model.disturbances import Sine
+from ssi_ros.quantity import quantity
+
+
+@effect
+class HarmonicDisturbance(Effect):
+    """A sine torque about x_b, on for ever, eq. (83)."""
+
+    name = 'harmonic_disturbance'
+    site = Site.EXCITATION
+    size = 'torque_n_m'
+    reference = 'paper, section 5.1 (white noise + sine)'
+    starts = {'frequency_hz': (1.0, 5.0, 12.0, 25.0), 'torque_n_m': (0.01,)}
+
+    frequency_hz: float = quantity(10.0, unit='Hz', low=0.05, high=1e4, doc='frequency')
+    torque_n_m: float = quantity(0.0, unit='N m', low=0.0, high=1e4, doc='amplitude')
+
+    def apply(self, setup):
+        """Return the setup with the sine among its excitation."""
+        return add_part(setup, Sine('torque_x', self.torque_n_m, self.frequency_hz,
+                                    name='harmonic_disturbance'))

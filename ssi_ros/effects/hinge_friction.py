@@ -1,0 +1,33 @@
+"""The root hinge of an array rubs."""
+from dataclasses import replace
+
+from ssi_ros.effects.base import Effect, effect, Site
+from ssi_ros.effects.edits import change_array
+from ssi_ros.model.nonlinear import HingeLaw
+from ssi_ros.quantity import quantity
+
+
+@effect
+class HingeFriction(Effect):
+    """Coulomb friction of torque_n_m beside the moment k alpha, eq. (87)."""
+
+    name = 'hinge_friction'
+    site = Site.STRUCTURE
+    size = 'torque_n_m'
+    reference = 'docs/theory.md, eq. (38)'
+    starts = {'torque_n_m': (0.02,), 'stiffness_n_m_rad': (1e5, 1e4)}
+    nonlinear = True
+
+    array: str = quantity('E1', doc='array')
+    torque_n_m: float = quantity(0.0, unit='N m', low=0.0, high=1e4, doc='Coulomb torque')
+    stiffness_n_m_rad: float = quantity(1e5, unit='N m/rad', low=10.0, high=1e9,
+                                        doc='hinge stiffness k')
+
+    def spacecraft(self, spacecraft):
+        """Return the spacecraft with the linear part of the hinge."""
+        return change_array(spacecraft, self.array, hinge_n_m_rad=self.stiffness_n_m_rad)
+
+    def apply(self, setup):
+        """Return the setup with the nonlinear part of the hinge."""
+        law = HingeLaw(f'{self.array}_hinge', 'friction', self.torque_n_m)
+        return replace(setup, laws=setup.laws + (law,))

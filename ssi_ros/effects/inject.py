@@ -1,0 +1,39 @@
+"""Put effects into a spacecraft: numbers -> setup, eq. (80) of docs/theory-gap.md."""
+from ssi_ros.effects.base import Setup
+from ssi_ros.model.structure import assemble
+
+
+def inject(spacecraft, effects=(), duration_s=600.0):
+    """
+    Build the setup of a spacecraft with effects in it.
+
+    All effects first change the numbers, then the system is assembled once, then they change the
+    setup in the order given; an effect at its null value is left out.
+
+    Parameters
+    ----------
+    spacecraft : Spacecraft
+        The nominal numbers.
+    effects : sequence of Effect
+        None gives the nominal setup.
+    duration_s : float
+        Length of the record that drifts and sweeps stretch over [s].
+
+    Returns
+    -------
+    Setup
+
+    Raises
+    ------
+    ValueError
+        If an effect names a channel or an array that is not there, or cannot act on it.
+
+    """
+    effects = tuple(e for e in effects if not e.is_null)
+    for e in effects:
+        spacecraft = e.spacecraft(spacecraft)
+    system = assemble(spacecraft, explicit_hinges=any(e.nonlinear for e in effects))
+    setup = Setup(spacecraft, system, system.rate_hz, duration_s)
+    for e in effects:
+        setup = e.apply(setup)
+    return setup

@@ -1,0 +1,25 @@
+"""The level of the excitation comes and goes."""
+from dataclasses import replace
+
+from ssi_ros.effects.base import Effect, effect, Site
+from ssi_ros.model.excitation import Varying
+from ssi_ros.quantity import quantity
+
+
+@effect
+class NonstationaryExcitation(Effect):
+    """All excitation is multiplied by 1 + depth sin(2 pi t / period_s), eq. (85)."""
+
+    name = 'nonstationary_excitation'
+    site = Site.EXCITATION
+    size = 'depth'
+    reference = 'amplitude modulation of a stationary process'
+    starts = {'depth': (0.3,), 'period_s': (60.0, 120.0, 300.0)}
+
+    depth: float = quantity(0.0, low=0.0, high=1.0, doc='relative swing of the level')
+    period_s: float = quantity(120.0, unit='s', low=1.0, high=1e5, doc='period of the level')
+
+    def apply(self, setup):
+        """Return the setup with all parts of the excitation varying together."""
+        parts = tuple(Varying(p, self.depth, self.period_s) for p in setup.system.excitation)
+        return replace(setup, system=replace(setup.system, excitation=parts))

@@ -1,0 +1,112 @@
+"""Simulate a setup: the linear simulator, nonlinear hinges, drifting stiffness, sampling times."""
+from dataclasses import replace
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.signal import resample
+
+from ssi_ros.effects.edits import scale_stiffness
+from ssi_ros.model.excitation import begin_all, generator
+from ssi_ros.model.nonlinear import simulate_nonlinear
+from ssi_ros.model.simulator import check_rate, propagate, simulate, stationary_start
+from ssi_ros.records import Samples
+
+HINGE_STEP_HZ = 2000.0      # least internal rate of nonlinear hinges
+DRIFT_STEP_S = 0.5          # how often a drifting stiffness takes its next value
+MARGIN = 200                # rows on each side that band-limited interpolation needs
+FINER = 8                   # times finer grid from which a cubic spline interpolates
+
+
+def simulate_setup(setup, seed, *, at_rest=False, start_ns=0, progress=None):
+    """
+    Simulate the record of a setup, over its duration.
+
+    Parameters
+    ----------
+    setup : Setup
+        Of `inject`.
+    seed : int
+        The same seed gives the same numbers.
+    at_rest, start_ns, progress
+        As in `ssi_ros.model.simulate`.
+
+    Returns
+    -------
+    Samples
+        On the stamps' grid, whatever the true clock did; NaN where a sample was dropped.
+
+    Raises
+    ------
+    ValueError
+        If a combination of effects cannot be simulated; the message says which.
+
+    """
+    system, rate_hz = setup.system, setup.system.rate_hz
+    count = round(setup.duration_s * setup.stamp_rate_hz)
+    moves = bool(setup.delays_s) or setup.jitter_rms_s > 0.0
+    rows = count + 2 * MARGIN if moves else count
+    bare = replace(system, chain=())
+    if setup.laws and setup.drift:
+        raise ValueError('a nonlinear hinge and a drifting stiffness cannot be simulated '
+                         'together; give one of them')
+    if setup.laws:
+        samples, _ = simulate_nonlinear(
+            bare, rows / rate_hz, seed, laws=setup.laws, at_rest=at_rest,
+            substeps=max(1, int(np.ceil(HINGE_STEP_HZ / rate_hz))))
+        values = samples.values
+    elif setup.drift:
+        values = _drifting(bare, setup, rows, seed, at_rest)
+    else:
+        values = simulate(bare, rows / rate_hz, seed, at_rest=at_rest, rate_hz=rate_hz,
+                          progress=progress).values
+    if moves:
+        values = _resampled(values, setup, seed, count)
+    for stage in system.chain:
+        values = stage.begin(rate_hz, generator(seed, stage.name))(values)
+    return Samples(values, setup.stamp_rate_hz, system.channels, start_ns)
+
+
+def _drifting(system, setup, count, seed, at_rest):
+    """Propagate with D stepped every DRIFT_STEP_S; positions and speeds carry over, eq. (86)."""
+    if system.shaping is not None or system.conditioning is not None:
+        raise ValueError('stiffness_drift cannot be simulated together with a coloured excitation '
+                         'or a low-pass of the sensors; give one of them')
+    rate_hz = system.rate_hz
+    check_rate(system, rate_hz)
+    arrays = [a.name for a in setup.spacecraft.arrays]
+    forces = begin_all(system.excitation, rate_hz, system.inputs, seed)
+    step = max(1, round(DRIFT_STEP_S * rate_hz))
+    values, x = [], None
+    for first in range(0, count, step):
+        rows = min(step, count - first)
+        share = (first + rows / 2) / count
+        sampled = scale_stiffness(system, arrays,
+                                  1.0 + setup.drift * share).plant.discrete(rate_hz)
+        if x is not None:
+            z = sampled.inverse @ x
+        elif at_rest:
+            z = np.zeros(len(sampled.poles), complex)
+        else:
+            z = stationary_start(sampled, system.excitation, system.inputs, seed)
+        block, z = propagate(sampled, forces(first, rows), z)
+        x = ((sampled.vectors * sampled.weight) @ z).real
+        values.append(block)
+    return np.concatenate(values)
+
+
+def _resampled(values, setup, seed, count):
+    """Read every channel at its own instants by band-limited interpolation, eq. (89)."""
+    rate_hz = setup.system.rate_hz
+    # Without the step between the two ends the periodic interpolation does not ring.
+    ramp = np.linspace(0.0, 1.0, len(values) + 1)[:-1, None] * (values[-1] - values[0])
+    fine = resample(values - ramp, FINER * len(values))
+    when = (MARGIN + np.arange(count)) / rate_hz
+    if setup.jitter_rms_s:
+        when = when + setup.jitter_rms_s * generator(seed, 'jitter').standard_normal(count)
+    out = np.empty((count, values.shape[1]))
+    delays = setup.delays_s or (0.0,) * values.shape[1]
+    at = np.arange(len(fine)) / (FINER * rate_hz)
+    for i, delay in enumerate(delays):
+        slope = (values[-1, i] - values[0, i]) * rate_hz / len(values)
+        out[:, i] = CubicSpline(at, fine[:, i])(when - delay) + slope * (when - delay)
+    return out

@@ -1,0 +1,24 @@
+"""Both arrays are softer or stiffer than the model."""
+from dataclasses import replace
+
+from ssi_ros.effects.base import Effect, effect, Site
+from ssi_ros.effects.edits import scale_stiffness
+from ssi_ros.quantity import quantity
+
+
+@effect
+class StiffnessScale(Effect):
+    """The bending stiffness D of every array times `scale`, eq. (81)."""
+
+    name = 'stiffness_scale'
+    site = Site.STRUCTURE
+    size = 'scale'
+    reference = 'Leissa, J. Sound Vib. 31(3) 1973: Omega^2 is proportional to D'
+    starts = {'scale': (0.99, 1.01)}
+
+    scale: float = quantity(1.0, low=0.3, high=3.0, doc='D over its nominal value')
+
+    def apply(self, setup):
+        """Return the setup with all arrays scaled."""
+        arrays = [a.name for a in setup.spacecraft.arrays]
+        return replace(setup, system=scale_stiffness(setup.system, arrays, self.scale))
