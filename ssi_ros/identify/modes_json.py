@@ -25,8 +25,8 @@ def modes_json(windows, first_ns):
 
 
 def _window(window, first_ns):
-    return {'start_s': (window.start_ns - first_ns) * 1e-9,
-            'end_s': (window.end_ns - first_ns) * 1e-9,
+    return {'start_s': (window.start_ns - first_ns) / 1e9,
+            'end_s': (window.end_ns - first_ns) / 1e9,
             'modes': [_mode(m) for m in window.modes],
             'reason': window.reason}
 

@@ -115,6 +115,14 @@ class Monitor:
         with BLAS.limit(limits=1):
             return self._identify(keep=False)
 
+    def too_short(self):
+        """Return a window without modes that says how much longer the record must be."""
+        rows = self._edge(self.hop) + len(self.waiting)
+        reason = (f'the record holds {rows / self.rate_hz:g} s; the window needs '
+                  f'{self.settings.window_s:g} s: shorten window_s or record longer')
+        end_ns = self.start_ns + round(rows * 1e9 / self.rate_hz)
+        return WindowModes(self.start_ns, end_ns, (), reason)
+
     def _edge(self, hop):
         """Return the number of rows before a hop."""
         return round(hop * self.settings.hop_s * self.rate_hz)
@@ -271,8 +279,5 @@ def identify(samples, settings=Identification(), progress=None):
         if progress is not None:
             progress(hop + 1, total)
     if not windows:
-        end_ns = samples.start_ns + round(samples.duration_s * 1e9)
-        reason = (f'the record holds {samples.duration_s:g} s; the window needs '
-                  f'{settings.window_s:g} s: shorten window_s or record longer')
-        windows.append(WindowModes(samples.start_ns, end_ns, (), reason))
+        windows.append(monitor.too_short())
     return tuple(windows)

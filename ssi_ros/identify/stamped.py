@@ -106,7 +106,7 @@ def identify_stamped(names, stamps_ns, values, settings, *, arrivals_ns=None, ra
         if progress is not None:
             progress((done + 1) / len(pieces))
     if not windows and follow.monitor is not None:
-        windows = [follow.monitor.identify_now()]
+        windows = [follow.monitor.too_short()]
     return tuple(windows), grid
 
 

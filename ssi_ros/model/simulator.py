@@ -145,7 +145,10 @@ def stationary_start(sampled, parts, inputs, seed):
     size[size == 0] = 1.0
     values, vectors = np.linalg.eigh(covariance / np.outer(size, size))
     draw = generator(seed, 'initial_state').standard_normal(len(values))
-    z = sampled.inverse @ (size * (vectors @ (np.sqrt(np.maximum(values, 0.0)) * draw)))
+    # the symmetric root: eigenvectors have no sign of their own, so any other root would give
+    # another start with another linear algebra library
+    root = vectors * np.sqrt(np.maximum(values, 0.0)) @ vectors.T
+    z = sampled.inverse @ (size * (root @ draw))
     for part in parts:
         if hasattr(part, 'phasor'):
             z = z + _steady(sampled, *part.phasor(inputs))
