@@ -1,5 +1,5 @@
 """
-Mode or line: is a pole the structure's, or a rotating machine's?
+Tell a mode of the structure from the line of a rotating machine.
 
 A line is sharper than any damping that its pole claims; a mode is as broad as its damping says.
 Section 7 of docs/theory-identification.md. What the window is too short to resolve stays
@@ -12,7 +12,9 @@ NEAR, FAR = 4, 14       # bins from the peak that make up its surroundings
 SURPRISE = 14.0         # a Gaussian peak exceeds its expectation by this once in 1e5 windows
 SHARP = 30.0            # peak over surroundings of an unresolved line
 RESOLVED = 0.5          # half-power half-width in bins, above which a width is seen
-LINE_DAMPING = 1e-3     # no flexible structure is known to damp less than this and be driven
+WIDE = 1.5              # width in bins above which the shape of a peak is known
+LINE_DAMPING = 1e-3     # below the damping of a space structure, which is 0.2 % and more
+TYPICAL_DAMPING = 5e-3  # if even this would not be resolved, nothing is said
 
 
 def sharpness(rows, rate_hz, frequencies_hz):
@@ -84,9 +86,9 @@ def label(candidate, sharp, held_s):
     low = (candidate.damping_ratio - 2.0 * candidate.damping_ratio_std) * bins
     width = max(candidate.damping_ratio, 0.0) * bins
     if candidate.damping_ratio < LINE_DAMPING and sharp > SHARP:
-        if width < RESOLVED:
+        if width < RESOLVED < TYPICAL_DAMPING * bins:
             return 'input_line', f'no damping, and {sharp:.0f} times above its surroundings'
-    if sharp > SURPRISE * expected_sharpness(width):
+    if width > WIDE and sharp > SURPRISE * expected_sharpness(width):
         return 'input_line', (f'{sharp:.0f} times above its surroundings, sharper than its '
                               'damping allows')
     if low > 0.0 and width > RESOLVED:

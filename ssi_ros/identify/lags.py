@@ -127,10 +127,10 @@ class Ring:
 
     @property
     def filled(self):
-        """Number of hops that hold data."""
+        """Return the number of hops that hold data."""
         return min(self.pushed, self.hops)
 
-    def covariances(self, hop_s, blocks_max=40):
+    def covariances(self, hop_s, blocks_max=20):
         """
         Return the covariances of what the ring holds, eq. (43), and their data blocks.
 

@@ -9,6 +9,7 @@ from ssi_ros.identify.stability import chain, hard_criteria, orders_to_try, verd
 from ssi_ros.records import Pole
 
 MEMBERS = 3             # orders that a mode is averaged over
+SPREAD_MAX = 0.015      # relative spread of frequency beyond which nothing was measured
 FLOOR_MARGIN = 1.1      # noise correlations of a finite record scatter about their edge
 
 
@@ -25,8 +26,6 @@ class Candidate:
         [1].
     shape : ndarray, shape (l,)
         Of the channels in their units, largest component 1.
-    power : float
-        Share of the variance of the scaled channels of the band.
     votes : int
         Orders in which it appeared.
     band : int
@@ -39,7 +38,6 @@ class Candidate:
     shape: np.ndarray
     frequency_std_hz: float
     damping_ratio_std: float
-    power: float
     votes: int
     band: int
 
@@ -89,8 +87,12 @@ def band_modes(covariances, band, number, rows, settings, held_s):
         if reason:
             rejected.extend(_reject(c, reason))
             continue
-        candidates.append(_candidate(c, covariances, factors, rows, band, number, held_s,
-                                     spreads))
+        candidate = _candidate(c, covariances, factors, rows, band, number, held_s, spreads)
+        if candidate.frequency_std_hz > SPREAD_MAX * candidate.frequency_hz:
+            rejected.extend(_reject(c, f'its frequency is spread over more than '
+                                       f'{100 * SPREAD_MAX:g} %'))
+            continue
+        candidates.append(candidate)
     return candidates, rejected
 
 
@@ -111,8 +113,7 @@ def _candidate(c, covariances, factors, rows, band, number, held_s, spreads):
             spreads[poles.order] = pole_spreads(covariances, weights, poles.mu, band.rate_hz,
                                                 held_s)
         sf, sx = spreads[poles.order]
-        rows_of.append((poles.frequency_hz[k], poles.damping_ratio[k], sf[k], sx[k],
-                        0.0))
+        rows_of.append((poles.frequency_hz[k], poles.damping_ratio[k], sf[k], sx[k]))
     table = np.array(rows_of)
     weight = 1.0 / np.maximum(np.nan_to_num(table[:, 2], nan=1.0), 1e-300) ** 2
     weight /= weight.sum()
@@ -120,5 +121,5 @@ def _candidate(c, covariances, factors, rows, band, number, held_s, spreads):
     poles, k = members[best]
     shape = poles.shapes[k] * np.where(covariances.scale > 0.0, covariances.scale, 1.0)
     shape = shape / shape[np.argmax(np.abs(shape))]
-    f, x, sf, sx, power = weight @ table
-    return Candidate(f, x, shape, sf, sx, power, len(c.members), number)
+    f, x, sf, sx = weight @ table
+    return Candidate(float(f), float(x), shape, float(sf), float(sx), len(c.members), number)

@@ -58,7 +58,7 @@ class Identification:
 
     @property
     def hops(self):
-        """Number of hops in the window."""
+        """Return the number of hops in the window."""
         return round(self.window_s / self.hop_s)
 
     def changes(self, other):

@@ -18,7 +18,7 @@ MAC_STEP = 0.5           # least MAC from order to order
 SHARE = 0.6              # of the orders from its first on, in which a mode must appear
 COST_FREQUENCY = 0.003   # relative change of frequency that weighs as much as MAC 0
 COST_DAMPING = 0.02      # change of damping that weighs as much
-BEYOND = 4               # orders past the significant ones at which a mode may first appear
+BEYOND = 2               # orders past the significant ones at which a mode may first appear
 
 
 @dataclass
@@ -143,9 +143,10 @@ def verdict(c, orders, significant):
 
     """
     first = c.members[0][0].order
-    if first > max(significant + BEYOND, orders[0]):
+    enough = min((n for n in orders if n >= significant), default=orders[-1])
+    if first > max(enough, min(significant + BEYOND, orders[-1] - 6)):
         return f'only from order {first} on; the {significant} significant ones do not need it'
-    needed = max(3, int(np.ceil(SHARE * (len(orders) - c.first))), len(orders) // 2)
+    needed = max(3, int(np.ceil(SHARE * (len(orders) - c.first))), len(orders) // 2 + 1)
     if len(c.members) < needed:
         return f'in {len(c.members)} of {len(orders)} orders; {needed} are needed'
     return ''
