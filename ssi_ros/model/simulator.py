@@ -11,6 +11,7 @@ from ssi_ros.model.excitation import begin_all, generator, total_covariance
 from ssi_ros.model.system import natural_modes
 from ssi_ros.records import Samples
 
+ROUNDING = 1e-17    # of the largest variance: what is below is not excited
 BLOCK_S = 20.0      # of `simulate`: long enough for the vector units, short enough for the cache
 
 
@@ -141,9 +142,11 @@ def stationary_start(sampled, parts, inputs, seed):
     response; what happens at set times has not happened yet.
     """
     covariance = sampled.state_covariance(total_covariance(parts, sampled.rate_hz, inputs))
-    size = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    size[size == 0] = 1.0
-    values, vectors = np.linalg.eigh(covariance / np.outer(size, size))
+    power = np.diag(covariance)
+    # a mode that nothing excites has only rounding in its row: it starts at rest
+    size = np.sqrt(np.where(power > ROUNDING * power.max(initial=0.0), power, 0.0))
+    scale = np.where(size > 0.0, size, np.inf)
+    values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
     draw = generator(seed, 'initial_state').standard_normal(len(values))
     # the symmetric root: eigenvectors have no sign of their own, so any other root would give
     # another start with another linear algebra library

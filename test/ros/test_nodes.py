@@ -215,7 +215,8 @@ def test_identify_now_and_changes(bench):
 
 def test_any_numeric_field(bench):
     """Channels without header are taken too: std_msgs/Float64, stamped by receipt."""
-    _, health = identifier(bench, channels=['{topic: /x, type: std_msgs/msg/Float64, field: data}'])
+    channel = '{topic: /x, type: std_msgs/msg/Float64, field: data}'
+    _, health = identifier(bench, channels=[channel])
     publisher = bench.node.create_publisher(Float64, '/x', 10)
     bench.wait(lambda: publisher.get_subscription_count() > 0)
     for k in range(300):
