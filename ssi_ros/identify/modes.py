@@ -108,10 +108,12 @@ def _candidate(c, covariances, factors, rows, band, number, held_s, spreads):
     rows_of = []
     for poles, k in members:
         if poles.order not in spreads:
-            which = np.arange(len(poles.mu))
+            which = np.flatnonzero((poles.frequency_hz >= band.low_hz)
+                                   & (poles.frequency_hz <= band.high_hz))
             weights = lag_weights(*functionals(factors, poles, which, rows))
-            spreads[poles.order] = pole_spreads(covariances, weights, poles.mu, band.rate_hz,
-                                                held_s)
+            spreads[poles.order] = np.full((2, len(poles.mu)), np.nan)
+            spreads[poles.order][:, which] = pole_spreads(
+                covariances, weights, poles.mu[which], band.rate_hz, held_s)
         sf, sx = spreads[poles.order]
         rows_of.append((poles.frequency_hz[k], poles.damping_ratio[k], sf[k], sx[k]))
     table = np.array(rows_of)

@@ -151,17 +151,22 @@ class Monitor:
         filled = self.rings[0].filled
         held_s = filled * self.settings.hop_s
         start_ns, end_ns = self._stamp(self.hop - filled), self._stamp(self.hop)
+        if filled == 0:
+            return WindowModes(start_ns, end_ns, (), f'no whole hop of {self.settings.hop_s:g} s '
+                               'has arrived yet')
         reason = ''
         if filled < self.settings.hops:
             reason = (f'the window holds {held_s:g} s of {self.settings.window_s:g} s')
-        live, why = self._live_channels()
+        first = self.rings[0].covariances(self.settings.hop_s)
+        live, why = self._live_channels(first)
         reason = '; '.join(filter(None, (reason, why)))
         candidates, rejected = [], []
         for number, (band, ring) in enumerate(zip(self.bands, self.rings)):
             if not live.any():
                 break
             try:
-                covariances = ring.covariances(self.settings.hop_s).of(live)
+                covariances = ring.covariances(self.settings.hop_s) if number else first
+                covariances = covariances.of(live)
                 found, left = band_modes(covariances, band, number, self.rows, self.settings,
                                          held_s)
             except np.linalg.LinAlgError as error:
@@ -179,12 +184,9 @@ class Monitor:
             self.tracks = tracks
         return WindowModes(start_ns, end_ns, modes, reason, tuple(rejected), births, deaths)
 
-    def _live_channels(self):
+    def _live_channels(self, covariances):
         """Return which channels can be identified, and what is wrong with the others."""
         ring, offset = self.rings[0], self.offset
-        if ring.pushed == 0:
-            return np.zeros(len(self.channels), dtype=bool), 'no samples yet'
-        covariances = ring.covariances(self.settings.hop_s)
         share = ring.present.sum(axis=0) / max(1, self._edge(ring.filled))
         sparse = share < PRESENT_MIN
         flat = ~sparse & (covariances.scale <= 1e-9 * np.abs(offset))

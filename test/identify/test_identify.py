@@ -152,6 +152,16 @@ def test_too_few_samples_for_the_block_rows():
         Monitor(('a',), 100.0, 0, Identification(window_s=1.0, hop_s=0.5))
 
 
+def test_identify_now_says_how_full_the_window_is(pairs):
+    """An empty and a half-full window say so, and asking leaves the monitor as it was."""
+    monitor = Monitor(NAMES, 100.0, 0, MINUTE)
+    assert 'no whole hop' in monitor.identify_now().reason
+    monitor.push(pairs[:3000])
+    assert '30 s of 60 s' in monitor.identify_now().reason
+    window, = monitor.push(pairs[3000:6000])
+    assert sorted(m.identity for m in window.modes) == sorted(window.births)
+
+
 def test_explain_names_mode_and_reasons(pairs):
     """The mode is told with its spread, an empty place as empty."""
     window = identify(record(pairs[:6000]), MINUTE)[-1]
