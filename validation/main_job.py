@@ -117,8 +117,8 @@ def main():
         folder = Path(name)
         simulate_s = min(timed('simulate', str(folder / f'b{k}'), '--duration-s', '600')
                          for k in range(3))
-        identify_s = min(timed('identify', str(folder / 'b0'), '--window-s', '120',
-                               '--hop-s', '10') for _ in range(3))
+        words = ('identify', str(folder / 'b0'), '--window-s', '120', '--hop-s', '10')
+        identify_s = min(timed(*words) for _ in range(3))
         lines = ['## Offline, whole processes, best of 3', '',
                   '| what | seconds | times real time | target |', '|---|---|---|---|',
                   f'| `simulate`, 600 s of 4 x 100 Hz to a bag | {simulate_s:.2f} | '

@@ -1,0 +1,65 @@
+"""Launch files and package metadata, checked as far as that goes without launch_ros."""
+import ast
+from pathlib import Path
+import re
+import xml.etree.ElementTree as ElementTree
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+LAUNCH = sorted((ROOT / 'launch').glob('*.launch.py'))
+SETUP = (ROOT / 'setup.py').read_text()
+
+
+def calls(tree, name):
+    """Return the calls of a function in a syntax tree."""
+    return [n for n in ast.walk(tree) if isinstance(n, ast.Call)
+            and isinstance(n.func, ast.Name) and n.func.id == name]
+
+
+@pytest.mark.parametrize('path', LAUNCH, ids=lambda p: p.name)
+def test_launch_file(path):
+    """It compiles, declares what it uses, and starts nodes that setup.py installs."""
+    tree = ast.parse(path.read_text())
+    compile(tree, str(path), 'exec')
+    assert any(isinstance(n, ast.FunctionDef) and n.name == 'generate_launch_description'
+               for n in tree.body)
+    declared = {c.args[0].value for c in calls(tree, 'DeclareLaunchArgument')}
+    used = {c.args[0].value for c in calls(tree, 'LaunchConfiguration')}
+    assert declared == used
+    nodes = re.search(r'nodes = \((.*?)\)', SETUP)[1]
+    for call in calls(tree, 'Node'):
+        keywords = {k.arg: k.value for k in call.keywords}
+        assert keywords['package'].value == 'ssi_ros'
+        if isinstance(keywords['executable'], ast.Constant):
+            assert f"'{keywords['executable'].value.removesuffix('_node')}'" in nodes
+    for call in calls(tree, 'node'):
+        assert f"'{call.args[0].value}'" in nodes
+
+
+@pytest.mark.parametrize('path', LAUNCH, ids=lambda p: p.name)
+def test_launch_parameters_exist(path):
+    """Every parameter that a launch file sets is one of a node."""
+    known = set(re.findall(r'^ +(\w+):', ''.join(
+        p.read_text() for p in (ROOT / 'config').glob('*.yaml')), re.MULTILINE))
+    for n in ast.walk(ast.parse(path.read_text())):
+        if isinstance(n, ast.Dict):
+            assert {k.value for k in n.keys} <= known | {'use_sim_time'}
+
+
+def test_versions_agree():
+    """package.xml, setup.py and the package say the same version, and the changelog has it."""
+    from ssi_ros import __version__
+    package = ElementTree.parse(ROOT / 'package.xml').getroot()
+    assert package.get('format') == '3' and package.find('version').text == __version__
+    assert f"version='{__version__}'" in SETUP
+    assert f'## {__version__}' in (ROOT / 'CHANGELOG.md').read_text()
+
+
+def test_lock_names_no_address():
+    """The lock holds names, versions and hashes, and every requirement of the package."""
+    lock = (ROOT / 'requirements.lock').read_text()
+    assert '://' not in lock and '--index' not in lock
+    names = re.findall(r"'([\w-]+)'", re.search(r'install_requires=\[(.*?)\]', SETUP, re.S)[1])
+    for name in names:
+        assert re.search(rf'^{name}==', lock, re.MULTILINE), name
