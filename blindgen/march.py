@@ -1,0 +1,181 @@
+# Licensed under the Apache License, Version 2.0.
+"""
+Time integration: exact for the linear part, implicit for the local nonlinear forces.
+
+x(h) = E x + G u + P0 f(0) + P1 f(h): the held loads u go through the exact integral, the local
+forces f through a first-order hold whose end value is solved with the law that gives it. So a
+stiff stop or a sticking hinge needs no small step. s and r are the deflection and the rate that a
+law sees, c = ds/df(h) and m = dr/df its compliance and mobility over a step.
+
+The laws, with the base stiffness k of the hinge already in A:
+  0 none
+  1 freeplay: f = k clip(s, -gap, gap), no moment within the gap          (k, gap)
+  2 Coulomb friction: |f| <= T, sticks while it can                       (T)
+  3 cubic: f = -k3 s^3                                                    (k3)
+  4 Bouc-Wen: f = k (s - z), z' = r - |r| z / 2 z_y - r |z| / 2 z_y       (k, z_y)
+  5 quadratic damping: f = -c |r| r                                       (c)
+  6 pumped stiffness: f = -k cos(w t) s                                   (k, w)
+  7 one-sided contact: f = -k max(s - gap, 0)                             (k, gap)
+  8 slider in series with a spring: |f| <= T                              (k, T)
+"""
+import numba
+import numpy as np
+
+LAWS = {'none': 0, 'freeplay': 1, 'friction': 2, 'cubic': 3, 'bouc_wen': 4, 'quadratic': 5,
+        'pumped': 6, 'contact': 7, 'slider': 8}
+
+
+@numba.njit(cache=True)
+def law(kind, p, s, r, c, m, held, t, h, memory):
+    """
+    Return the end force and the new memory of one law; see the module for the letters.
+
+    held is the mobility of a force held over the whole step, t the time at its end, h its length.
+    """
+    if kind == 1:
+        inside = s / (1.0 - c * p[0])
+        if abs(inside) <= p[1]:
+            return p[0] * inside, 0.0
+        return p[0] * p[1] * np.sign(s), 0.0
+    if kind == 2:
+        # Held over the step: the force that stops the hinge, as far as friction reaches.
+        return min(max(-r / held, -p[0]), p[0]), 0.0
+    if kind == 3:
+        f = -p[0] * s**3
+        for _ in range(6):
+            end = s + c * f
+            f -= (f + p[0] * end**3) / (1.0 + 3.0 * p[0] * end * end * c)
+        return f, 0.0
+    if kind == 4:
+        # memory is s - z, so that z follows from the deflection without drift
+        f = p[0] * memory
+        slip = memory
+        for _ in range(6):
+            end = s + c * f
+            rate = r + m * f
+            z = end - memory
+            for _ in range(4):
+                slip = memory + h * (abs(rate) * z + rate * abs(z)) / (2.0 * p[1])
+                z = end - slip
+            f = p[0] * slip
+        return f, slip
+    if kind == 5:
+        f = 0.0
+        for _ in range(8):
+            rate = r + m * f
+            f -= (f + p[0] * abs(rate) * rate) / (1.0 + 2.0 * p[0] * abs(rate) * m)
+        return f, 0.0
+    if kind == 6:
+        k = p[0] * np.cos(p[1] * t)
+        return -k * s / (1.0 + k * c), 0.0
+    if kind == 7:
+        if s <= p[1]:
+            return 0.0, 0.0
+        return -p[0] * (s - p[1]) / (1.0 + p[0] * c), 0.0
+    if kind == 8:
+        f = -p[0] * (s - memory) / (1.0 + p[0] * c)
+        if abs(f) <= p[1]:
+            return f, memory
+        f = p[1] * np.sign(f)
+        return f, s + c * f + f / p[0]
+    return 0.0, 0.0
+
+
+@numba.njit(cache=True, fastmath=True)
+def march(e, g, p0, p1, c, d, ell, look, kinds, parameters, x, u, smooth, step_s, per_block):
+    """
+    Integrate and return the accelerations at the samples.
+
+    Parameters
+    ----------
+    e, g, p0, p1 : (blocks, 2n, 2n), (blocks, 2n, 22), (blocks, 2n, m), (blocks, 2n, m) arrays
+        Propagators of each block of `per_block` samples; force 0 is the smooth torque.
+    c, d, ell : (blocks, 4, 2n), (blocks, 4, 22), (blocks, 4, m) arrays
+        Accelerations from state, held loads and local forces.
+    look : (m, n) array
+        Deflection that each local force sees.
+    kinds : (m,) int array
+    parameters : (m, 2) array
+    x : (2n,) array
+        State at the start; it is overwritten by the state at the end.
+    u : (samples, 22) array
+    smooth : (samples * substeps + 1,) array
+        Torque about x_b at every substep [N m].
+    step_s : float
+        Substep [s].
+    per_block : int
+
+    Returns
+    -------
+    (samples, 4) array
+        [m/s^2]
+
+    """
+    samples, loads = u.shape
+    substeps = (len(smooth) - 1) // samples
+    two_n = len(x)
+    n = two_n // 2
+    m = len(kinds)
+    y = np.zeros((samples, 4))
+    forces, carried, memory = np.zeros(m), np.zeros(m), np.zeros(m)
+    pushed, ahead = np.zeros(two_n), np.zeros(two_n)
+    transpose = np.zeros((two_n, two_n))
+    last = -1
+    for k in range(samples):
+        b = min(k // per_block, len(e) - 1)
+        if b != last:
+            last = b
+            for i in range(two_n):
+                for j in range(two_n):
+                    transpose[j, i] = e[b, i, j]
+        forces[0] = smooth[k * substeps]
+        carried[0] = forces[0]
+        for i in range(4):
+            value = 0.0
+            for j in range(two_n):
+                value += c[b, i, j] * x[j]
+            for j in range(loads):
+                value += d[b, i, j] * u[k, j]
+            for j in range(m):
+                value += ell[b, i, j] * forces[j]
+            y[k, i] = value
+        for i in range(two_n):
+            value = 0.0
+            for j in range(loads):
+                value += g[b, i, j] * u[k, j]
+            pushed[i] = value
+        for sub in range(substeps):
+            t = (k * substeps + sub + 1) * step_s
+            forces[0] = smooth[k * substeps + sub + 1]
+            for i in range(two_n):
+                ahead[i] = pushed[i] + p1[b, i, 0] * forces[0]
+            for j in range(two_n):
+                value = x[j]
+                for i in range(two_n):
+                    ahead[i] += transpose[j, i] * value
+            for j in range(m):
+                if carried[j] != 0.0:
+                    for i in range(two_n):
+                        ahead[i] += p0[b, i, j] * carried[j]
+            for j in range(1, m):
+                s, r, compliance, mobility, held = 0.0, 0.0, 0.0, 0.0, 0.0
+                for i in range(n):
+                    s += look[j, i] * ahead[i]
+                    r += look[j, i] * ahead[n + i]
+                    compliance += look[j, i] * p1[b, i, j]
+                    mobility += look[j, i] * p1[b, n + i, j]
+                    held += look[j, i] * (p0[b, n + i, j] + p1[b, n + i, j])
+                f, memory[j] = law(kinds[j], parameters[j], s, r, compliance, mobility, held,
+                                   t, step_s, memory[j])
+                forces[j] = f
+                if kinds[j] == 2:          # its old value is not carried into the next step
+                    for i in range(two_n):
+                        ahead[i] += (p0[b, i, j] + p1[b, i, j]) * f
+                else:
+                    carried[j] = f
+                    for i in range(two_n):
+                        ahead[i] += p1[b, i, j] * f
+            carried[0] = forces[0]
+            for i in range(two_n):
+                x[i] = ahead[i]
+    return y
