@@ -9,7 +9,8 @@ def summarise(bag, progress=None):
     Return what is in a bag, ready for JSON.
 
     Rates and gaps are those of the log times: a topic's median interval gives its rate, and an
-    interval of more than 1.5 of it is a gap.
+    interval of more than 1.5 of it is a gap. Where messages were logged in bunches the mean
+    interval gives the rate, and 1.5 of the longest usual one (99 %) is a gap.
 
     Parameters
     ----------
@@ -43,11 +44,14 @@ def _pace(parts):
     """Return rate and gaps of a topic's log times; None where there are too few messages."""
     times = np.sort(np.concatenate(parts)) if parts else np.empty(0, np.int64)
     steps = np.diff(times)
-    if not len(steps) or not np.median(steps) > 0:
+    if not len(steps) or times[-1] == times[0]:
         return {'rate_hz': None, 'gaps': 0, 'longest_gap_s': None, 'longest_gap_at_s': None}
-    median = float(np.median(steps))
+    median, mean = float(np.median(steps)), float(np.mean(steps))
+    usual = median
+    if median < 0.5 * mean:           # in bunches, as /clock or a busy machine logs them
+        median, usual = mean, max(mean, float(np.quantile(steps, 0.99)))
     longest = int(steps.argmax())
-    gaps = int((steps > _GAP * median).sum())
+    gaps = int((steps > _GAP * usual).sum())
     return {'rate_hz': 1e9 / median, 'gaps': gaps,
             'longest_gap_s': steps[longest] / 1e9 if gaps else None,
             'longest_gap_at_s': (times[longest] - times[0]) / 1e9 if gaps else None}
