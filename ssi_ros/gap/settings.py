@@ -1,0 +1,35 @@
+"""What the engineer may set about a diagnosis; every default works untouched."""
+from dataclasses import dataclass
+
+from ssi_ros.quantity import check, from_mapping, quantity
+
+
+@dataclass(frozen=True)
+class DiagnosisSettings:
+    """Settings of the gap meter and of the search for its cause."""
+
+    segment_s: float = quantity(60.0, unit='s', low=1.0, high=86400.0,
+                                doc='length of the pieces that spectra are taken of')
+    least_segments: int = quantity(8, low=4, high=1000,
+                                   doc='a short record is cut into so many, shorter ones')
+    low_hz: float = quantity(0.1, unit='Hz', low=0.0, high=1e4, doc='lowest frequency used')
+    high_share: float = quantity(0.98, low=0.05, high=1.0,
+                                 doc='highest frequency used, as a share of half of the rate')
+    band_bins: int = quantity(8, low=1, high=1000, doc='frequency bins of a band of the meter')
+    false_alarm: float = quantity(0.03, low=1e-6, high=0.5,
+                                  doc='chance to call a gap where there is none')
+    finalists: int = quantity(6, low=1, high=30, doc='effects fitted after the scores')
+    tie_cosine: float = quantity(0.98, low=0.5, high=1.0,
+                                 doc='effects whose scores correlate more are one class')
+
+    def __post_init__(self):
+        check(self)
+
+
+def load_settings(path=None):
+    """Read the settings from YAML; None gives the defaults. ValueError names a wrong key."""
+    import yaml
+    if path is None:
+        return DiagnosisSettings()
+    with open(path) as file:
+        return from_mapping(DiagnosisSettings, yaml.safe_load(file) or {}, f'{path}: ')

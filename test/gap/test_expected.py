@@ -1,0 +1,107 @@
+"""Theory against simulation: expected periodogram, floor of the meter, scores of a right model."""
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from ssi_ros.effects import inject, library, parse_effect, simulate_setup
+from ssi_ros.gap.candidate import Candidate, starting_points
+from ssi_ros.gap.expected import expected
+from ssi_ros.gap.fit import fit, Simulator
+from ssi_ros.gap.likelihood import Evidence
+from ssi_ros.gap.meter import floor_of_band, measure
+from ssi_ros.gap.scores import make_templates, score
+from ssi_ros.gap.settings import DiagnosisSettings
+from ssi_ros.gap.spectra import make_frame, periodograms, spectra
+from ssi_ros.model import load_spacecraft
+
+SETTINGS = DiagnosisSettings()
+SECONDS, RECORDS, BAND = 240.0, 8, 8
+
+
+@pytest.fixture(scope='module')
+def spacecraft():
+    return load_spacecraft()
+
+
+@pytest.mark.parametrize('text', [
+    '', 'excitation_colour:corner_hz=8', 'harmonic_disturbance:frequency_hz=12.013,torque_n_m=0.1',
+    'wheel_speed_sweep:start_hz=5,end_hz=15,torque_n_m=0.3',
+    'impulsive_events:rate_per_min=60,impulse_n_m_s=0.01', 'stiffness_drift:change=0.04',
+    'sensor_bandwidth:channel=e1_a,corner_hz=30', 'channel_delay:channel=e1_a,delay_s=0.003',
+    'timestamp_jitter:rms_s=0.001', 'sensor_crosstalk:gain=0.2', 'clock_rate:ppm=5000',
+    'sensor_drift:channel=e2_b,rms_m_s2=0.003,time_constant_s=3', 'sensor_noise:scale=3',
+    'dropped_samples:fraction=0.05', 'fuel_slosh:mass_kg=30,frequency_hz=2',
+    'attitude_controller:bandwidth_hz=0.2', 'gyroscopic_coupling:momentum_n_m_s=100',
+    'cubic_stiffness:k3_n_m_rad3=1e12,stiffness_n_m_rad=1e5'])
+def test_mean_periodogram_is_the_expected_one(text, spacecraft):
+    """Whitened by theory, the mean of simulated periodograms is white in every band."""
+    setup = inject(spacecraft, [parse_effect(text)] if text else [], SECONDS)
+    seen = 0.0
+    for seed in range(RECORDS):
+        samples = simulate_setup(setup, seed)
+        frame = make_frame(len(samples.values), 100.0, SETTINGS,
+                           ~np.isnan(samples.values).any(axis=1))
+        seen = seen + periodograms(spectra(samples, frame)) / RECORDS
+    model = expected(setup, frame)
+    model = np.broadcast_to(model.at(np.ones(len(model.names))), seen.shape)
+    white = np.einsum('skij,skji->k', np.linalg.inv(model), seen).real / 4 / frame.pieces
+    count = len(white) // BAND
+    bands = white[:count * BAND].reshape(count, BAND).mean(axis=1)
+    sd = np.sqrt(frame.crowding_of(BAND) / (4 * RECORDS * frame.pieces * BAND))
+    # no band is off by more than 6 of its own standard deviations (370 bands: 3.3 by chance),
+    # so that no leakage, alias or filter is missing in theory; the mean to 4 of its own
+    assert np.abs(bands - 1).max() < 6 * sd
+    assert abs(bands.mean() - 1) < 4 * sd / np.sqrt(count) + 2e-3
+
+
+def test_floor_from_theory_and_from_wishart_draws():
+    """Eq. (102) against random matrices."""
+    rng = np.random.default_rng(1)
+    n, d, draws = 30, 4, 4000
+    e = rng.standard_normal((draws, n, d, 2)) @ [1, 1j] / np.sqrt(2)
+    w = np.einsum('snd,sne->sde', e, e.conj()) / n
+    distance = np.trace(w, axis1=1, axis2=2).real - np.linalg.slogdet(w)[1] - d
+    mean, std = floor_of_band(n, d)
+    assert distance.mean() == pytest.approx(mean, abs=4 * std / np.sqrt(draws))   # 4 sd
+    assert distance.std() == pytest.approx(std, rel=0.06)     # 4 sd of a standard deviation
+
+
+def test_right_model_is_at_the_floor_with_standard_scores(spacecraft):
+    """Twelve nominal records: the meter reads its floor, the scores are standard normal."""
+    frame = make_frame(24000, 100.0, SETTINGS)
+    simulator = Simulator(spacecraft, frame, SECONDS)
+    nominal = simulator.expected(Candidate())
+    chosen = [e for e in starting_points(library().values(), spacecraft)
+              if e.name in ('sensor_gain', 'array_asymmetry', 'channel_delay', 'hub_inertia')]
+    templates = make_templates(simulator, nominal.at(np.ones(3)), nominal.shares, chosen)
+    z, deviations = [], []
+    setup = inject(spacecraft, [], SECONDS)
+    for seed in range(12):
+        evidence = Evidence(frame, spectra(simulate_setup(setup, seed), frame),
+                            tuple(range(frame.pieces)))
+        right = fit(simulator, evidence)
+        z.append(score(templates, right.model, evidence).z)
+        deviations.append(measure(right.model, evidence, BAND).deviations)
+    # 0.8 to 1.2: twelve records of about 10 independent scores know a standard deviation to 6 %
+    assert 0.8 < np.std(z) < 1.2
+    # 1: the mean of twelve is known to 0.3; fitted levels take a little of the gap away
+    assert abs(np.mean(deviations)) < 1.0
+
+
+@pytest.mark.parametrize('text, name', [
+    ('sensor_gain:channel=e2_a,scale=1.05', 'scale'), ('array_asymmetry:array=E2,scale=0.98',
+                                                       'scale'),
+    ('channel_delay:channel=e1_b,delay_s=0.002', 'delay_s'), ('hub_inertia:scale=1.2', 'scale')])
+def test_fit_finds_the_size(text, name, spacecraft):
+    """From the null value on, Fisher scoring finds the size within its own spread."""
+    effect = parse_effect(text)
+    samples = simulate_setup(inject(spacecraft, [effect], SECONDS), 7)
+    frame = make_frame(len(samples.values), 100.0, SETTINGS)
+    evidence = Evidence(frame, spectra(samples, frame), tuple(range(frame.pieces)))
+    start = replace(effect, **{name: getattr(type(effect)(), name)})
+    found = fit(Simulator(spacecraft, frame, SECONDS), evidence, Candidate((start,)))
+    std = np.sqrt(found.covariance[0, 0])
+    error = getattr(found.candidate.effects[0], name) - getattr(effect, name)
+    assert abs(error) < 4 * std        # 4 sd: one seed, a fixed one
+    assert std < abs(getattr(effect, name) - getattr(start, name)) / 4     # and it is seen
