@@ -151,10 +151,10 @@ def run(folder, *, duration_s, window_s, hop_s, speed, seed, say, progress):
         began = time.monotonic()
         live = watcher.listen('identifier')
         processes.start('identifier', 'identifier', window_s=window_s, hop_s=hop_s,
-                        expected_rate_hz=100.0 * speed)
+                        expected_rate_hz=100.0 * speed, reliable=True)
         processes.start('recorder', 'recorder', bag=bag, use_sim_time=True)
         processes.start('simulator', 'simulator', seed=seed, speed=speed, duration_s=duration_s,
-                        wait_for_subscribers=2)
+                        wait_for_subscribers=2, reliable=True)
         say(f'live: simulator, identifier, recorder and this watcher; {duration_s:g} s at '
             f'{speed:g} times real time')
         _follow(processes, watcher, live, 'simulator', duration_s, window_s, hop_s, speed, say,
@@ -165,9 +165,9 @@ def run(folder, *, duration_s, window_s, hop_s, speed, seed, say, progress):
         began = time.monotonic()
         replayed = watcher.listen('identifier_replay')
         processes.start('identifier_replay', 'identifier', window_s=window_s, hop_s=hop_s,
-                        expected_rate_hz=100.0 * speed)
+                        expected_rate_hz=100.0 * speed, reliable=True)
         processes.start('player', 'player', bag=bag, rate=speed, wait_for_subscribers=1,
-                        topics=['/accelerometer/.*'])
+                        reliable=True, topics=['/accelerometer/.*'])
         _follow(processes, watcher, replayed, 'player', duration_s, window_s, hop_s, speed, say,
                 lambda s: progress((s + duration_s / speed) / total_s))
         processes.stop('identifier_replay')

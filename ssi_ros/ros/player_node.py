@@ -37,6 +37,8 @@ class Playing:
     topics: tuple = quantity(('.*',), live=False,
                              doc='regular expressions of the topic names to play')
     publish_clock: bool = quantity(True, doc='publish /clock', live=False)
+    reliable: bool = quantity(False, live=False,
+                              doc='publish reliable, whatever the recorded publishers offered')
     wait_for_subscribers: int = quantity(
         0, low=0, high=100, live=False,
         doc='begin when every topic has so many subscribers')
@@ -66,7 +68,8 @@ class PlayerNode(StageNode):
         for topic in topics:
             try:
                 self._made[topic.name] = self.create_publisher(
-                    message_class(topic.type), topic.name, publisher_qos(topic.qos))
+                    message_class(topic.type), topic.name,
+                    publisher_qos(topic.qos, settings.reliable))
             except ValueError as error:
                 self.get_logger().warning(f'{topic.name} is not played: {error}')
         if settings.publish_clock:
@@ -194,14 +197,14 @@ class _Pace:
         return False
 
 
-def publisher_qos(offered):
-    """Return the quality of service that the bag's publishers offered."""
+def publisher_qos(offered, reliable=False):
+    """Return the quality of service that the bag's publishers offered; reliable if asked."""
     first = offered[0] if offered else {}
-    best_effort = any(o.get('reliability') == 'best_effort' for o in offered)
+    best_effort = not reliable and any(o.get('reliability') == 'best_effort' for o in offered)
     latched = bool(offered) and all(o.get('durability') == 'transient_local' for o in offered)
     depth = int(first.get('depth') or 0)
     return QoSProfile(
-        history=HistoryPolicy.KEEP_LAST, depth=max(depth, 1000),
+        history=HistoryPolicy.KEEP_LAST, depth=max(depth, 5000),
         reliability=(ReliabilityPolicy.BEST_EFFORT if best_effort
                      else ReliabilityPolicy.RELIABLE),
         durability=(DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE))

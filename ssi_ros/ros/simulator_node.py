@@ -41,6 +41,8 @@ class Simulation:
                                    doc='publish /clock also at speed 1')
     batch: bool = quantity(False, live=False,
                            doc='publish accelerometer/batch too: blocks of rows in one message')
+    reliable: bool = quantity(False, live=False,
+                              doc='publish reliable in place of sensor-data quality of service')
     wait_for_subscribers: int = quantity(
         0, low=0, high=100, live=False,
         doc='begin when every accelerometer topic has so many subscribers')
@@ -61,9 +63,9 @@ class SimulatorNode(StageNode):
         self._system = assemble(load_spacecraft(settings.config or None))
         self._rate_hz = self._system.rate_hz
         self._names = self._system.channels
-        depth = max(5, int(2.0 * self._rate_hz))
-        qos = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=depth,
-                         reliability=ReliabilityPolicy.BEST_EFFORT)
+        depth = max(5, int(2.0 * self._rate_hz * max(1.0, settings.speed)))
+        qos = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=depth, reliability=(
+            ReliabilityPolicy.RELIABLE if settings.reliable else ReliabilityPolicy.BEST_EFFORT))
         self._sensors = [self._advertise(AccelStamped, f'{settings.namespace}/{name}', qos)
                          for name in self._names]
         self._batch = (self._advertise(Float64MultiArray, f'{settings.namespace}/batch', qos)

@@ -5,7 +5,7 @@ import time
 import pytest
 
 rclpy = pytest.importorskip('rclpy', reason='ROS 2 is not installed')
-os.environ.setdefault('ROS_DOMAIN_ID', str(101 + os.getpid() % 100))
+os.environ.setdefault('ROS_DOMAIN_ID', str(1 + os.getpid() % 100))
 
 from rclpy.experimental import EventsExecutor            # noqa: E402
 from rclpy.signals import SignalHandlerOptions           # noqa: E402

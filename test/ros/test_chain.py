@@ -66,7 +66,7 @@ def test_bag_has_results_too(outcome):
     bag = open_bag(result.bag)
     topics = {t.name: t for t in bag.topics}
     assert topics['/identifier/modes'].count == 3
-    assert topics['/accelerometer/e1_a'].qos[0]['reliability'] == 'best_effort'
+    assert topics['/accelerometer/e1_a'].qos[0]['reliability'] == 'reliable'
     assert topics['/identifier/modes'].qos[0]['reliability'] == 'reliable'
     assert topics['/accelerometer/e1_a'].type_hash.startswith('RIHS01_')
 
