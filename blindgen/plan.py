@@ -1,0 +1,104 @@
+# Licensed under the Apache License, Version 2.0.
+"""Which cases a campaign has: effects, sizes, nuisances; all from one seed."""
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from blindgen.detect import size_for
+from blindgen.effects import EFFECTS
+from blindgen.scenario import Scenario
+
+TARGETS = (0.5, 2.0, 4.0, 8.0, 16.0)
+LEVEL_DB, NOISE, GAIN, STIFFNESS = 3.0, 0.2, 2e-4, 1e-4
+
+
+@dataclass(frozen=True)
+class Case:
+    """What is withheld: (name, parameters, d') of each effect, and the seed of the record."""
+
+    kind: str                # none, single, pair, outside
+    effects: tuple           # of {name, site, parameters, target, detectability}
+    seed: int
+
+    def label(self):
+        """Return the case as plain data."""
+        return asdict(self)
+
+
+def kinds_of(count):
+    """Return how many cases of each kind: a fifth none, a tenth pairs, a tenth outside."""
+    none, pair, outside = round(count / 5), round(count / 10), round(count / 10)
+    return {'none': none, 'pair': pair, 'outside': outside,
+            'single': count - none - pair - outside}
+
+
+def plan(count, duration_s, seed, progress=lambda done: None):
+    """
+    Return the cases of a campaign, in random order.
+
+    Singles go round all effects x sizes before any is repeated; a campaign too small for all
+    takes a random part.
+
+    Parameters
+    ----------
+    count : int
+    duration_s : float
+        Length of each record [s]; d' counts on it.
+    seed : int
+    progress : callable
+        Called with the number of cases planned.
+
+    Raises
+    ------
+    ValueError
+        If fewer than ten cases are asked for.
+
+    """
+    if count < 10:
+        raise ValueError(f'count={count} has no pair and no effect outside the library; '
+                         'ask for 10 or more')
+    rng = np.random.default_rng(seed)
+    library = sorted(name for name, effect in EFFECTS.items() if effect.library)
+    outside = sorted(name for name, effect in EFFECTS.items() if not effect.library)
+    want = kinds_of(count)
+    singles = _rounds([(name, d) for name in library for d in TARGETS], want['single'], rng)
+    strangers = _rounds([(name, d) for name in outside for d in TARGETS], want['outside'], rng)
+    jobs = ([('single', [job]) for job in singles] + [('outside', [job]) for job in strangers]
+            + [('none', [])] * want['none'])
+    for _ in range(want['pair']):
+        sites = rng.choice(['excitation', 'structure', 'sensor', 'timing'], 2, replace=False)
+        names = [str(rng.choice([n for n in library if EFFECTS[n].site == site]))
+                 for site in sites]
+        jobs.append(('pair', [(name, float(rng.choice(TARGETS))) for name in names]))
+    cases = []
+    for k in rng.permutation(len(jobs)):
+        kind, effects = jobs[k]
+        drawn = []
+        for name, target in effects:
+            parameters, d = size_for(name, EFFECTS[name].draw(rng), target, duration_s)
+            drawn.append({'name': name, 'site': EFFECTS[name].site, 'parameters': parameters,
+                          'target': target, 'detectability': d})
+        cases.append(Case(kind, tuple(drawn), int(rng.integers(2**62))))
+        progress(len(cases))
+    return cases
+
+
+def _rounds(jobs, count, rng):
+    """Return `count` jobs: whole rounds in random order, then a random part of one."""
+    chosen = []
+    while len(chosen) < count:
+        chosen += [jobs[k] for k in rng.permutation(len(jobs))]
+    return chosen[:count]
+
+
+def scenario_of(case):
+    """Return the scenario of a case, with the nuisances that every record has."""
+    rng = np.random.default_rng(np.random.SeedSequence(case.seed, spawn_key=(99,)))
+    scenario = Scenario(
+        level=10**(rng.uniform(-LEVEL_DB, LEVEL_DB) / 20),
+        noise_level=1 + rng.uniform(-NOISE, NOISE),
+        gains=tuple(1 + rng.uniform(-GAIN, GAIN, 4)),
+        plate_scale=tuple(1 + rng.uniform(-STIFFNESS, STIFFNESS, 2)))
+    for effect in case.effects:
+        scenario = EFFECTS[effect['name']].apply(scenario, effect['parameters'])
+    return scenario
