@@ -22,7 +22,7 @@ def _local(s, kind, array, where, values, **more):
     return replace(s, local=(*s.local, force))
 
 
-@beyond('bouc_wen_hinge', 'structure', 2e-8, 1e-3,
+@beyond('bouc_wen_hinge', 'structure', 1e-9, 1e-3,
         lambda rng: {**an_array(rng), 'ratio': rng.uniform(0.5, 2)},
         lambda v, m: {'array': v['array'], 'stiffness_n_m_rad': 1 / m, 'share': 0.5,
                       'yield_rad': v['ratio'] * m * ROOT_MOMENT_RMS})

@@ -5,7 +5,7 @@ How far an effect moves a record, in standard deviations: d', predicted before a
 Linear effects: J = sum over bins tr(S0^-1 dS S1^-1 dS), the symmetric divergence of the two
 Gaussian models, whose small-effect limit is Fisher's information, with the part that a change of
 excitation or noise level explains projected out; d' = sqrt(J). A known waveform: the power ratio
-of its matched filter. Drift, modulation, rails and missing samples: their own counts. Nonlinear
+of its matched filter. Drift, modulation, rails, rounding and missing samples: their own counts. Nonlinear
 effects: the shift of eleven probe scores (stiffness, asymmetry and damping in three bands) between
 two simulations with the same seed. All are oracle numbers: a diagnosis that must also search sees
 somewhat less.
@@ -43,6 +43,9 @@ def detectability(name, parameters, duration_s, seed=1):
     samples = duration_s * RATE_HZ
     if effect.predict == 'spectrum':
         return np.sqrt(bins * divergence(effect.apply(NOMINAL, p)))
+    if effect.predict == 'rounding':
+        # Its noise, as if the noise level were known; that values repeat tells at any step.
+        return np.sqrt(bins * divergence(effect.apply(NOMINAL, p), levels=False))
     if effect.predict == 'mean':
         return np.sqrt(_matched(name, p, samples, duration_s))
     if effect.predict == 'swing':
@@ -91,8 +94,8 @@ def size_for(name, variant, target, duration_s):
     return effect.size(variant, float(np.exp(best))), float(target * np.exp(miss))
 
 
-def divergence(scenario):
-    """Return J of a 600 s record between the nominal and a scenario, levels projected out."""
+def divergence(scenario, levels=True):
+    """Return J of 600 s between the nominal and a scenario, free levels projected out."""
     s0, r0 = _nominal()
     s1, r1 = spectrum(scenario)
     i0, i1 = np.linalg.inv(s0 + r0), np.linalg.inv(s1 + r1)
@@ -102,6 +105,8 @@ def divergence(scenario):
         return float(np.einsum('k,kij,kji->', GRID_BINS, left, right).real)
 
     change = s1 + r1 - s0 - r0
+    if not levels:
+        return inner(change, change)
     nuisance = [s0, r0]
     f = np.array([[inner(a, b) for b in nuisance] for a in nuisance])
     b = np.array([(inner(change, a) + inner(a, change)) / 2 for a in nuisance])

@@ -174,7 +174,7 @@ def _(s, p):
     return _hinged(s, p['array'], p['stiffness_n_m_rad'])
 
 
-@declare('hinge_freeplay', 'structure', 2e-8, 1e-3, an_array,
+@declare('hinge_freeplay', 'structure', 1e-9, 1e-3, an_array,
          lambda v, m: {**hinge_parameters(v, m, 0.4), 'gap_rad': 0.6 * m * ROOT_MOMENT_RMS},
          'simulated')
 def _(s, p):
@@ -182,7 +182,7 @@ def _(s, p):
                    ('freeplay', (p['stiffness_n_m_rad'], p['gap_rad'])))
 
 
-@declare('hinge_friction', 'structure', 2e-8, 1e-3,
+@declare('hinge_friction', 'structure', 1e-9, 1e-3,
          lambda rng: {**an_array(rng), 'ratio': rng.uniform(0.3, 1.2)},
          lambda v, m: {**hinge_parameters(v, m, 1.0), 'torque_n_m': v['ratio'] * ROOT_MOMENT_RMS},
          'simulated')
@@ -190,7 +190,7 @@ def _(s, p):
     return _hinged(s, p['array'], p['stiffness_n_m_rad'], ('friction', (p['torque_n_m'],)))
 
 
-@declare('cubic_stiffness', 'structure', 2e-8, 1e-3,
+@declare('cubic_stiffness', 'structure', 1e-9, 1e-3,
          lambda rng: {**an_array(rng), 'ratio': log_uniform(rng, 0.3, 3)},
          lambda v, m: {**hinge_parameters(v, m, 1.0),
                        'k3_n_m_rad3': v['ratio'] / (m * (m * ROOT_MOMENT_RMS)**2)}, 'simulated')
@@ -271,7 +271,7 @@ def _(s, p):
                                           p['time_constant_s'])))
 
 
-@declare('quantisation', 'sensor', 1e-6, 0.1, nothing, lambda v, m: {'step_m_s2': m})
+@declare('quantisation', 'sensor', 1e-6, 0.1, nothing, lambda v, m: {'step_m_s2': m}, 'rounding')
 def _(s, p):
     return replace(s, step=p['step_m_s2'])
 
