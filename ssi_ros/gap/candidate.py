@@ -18,8 +18,10 @@ class Candidate:
         return tuple(e.name for e in self.effects)
 
     def numbers(self):
-        """Yield (index of the effect, field) of every number that a fit may move."""
+        """Yield (index of the effect, field) of every number that a fit of spectra may move."""
         for i, e in enumerate(self.effects):
+            if not e.spectral:
+                continue
             for f in e.numbers():
                 if f.name in e.starts:
                     yield i, f

@@ -131,7 +131,8 @@ def _autocovariance(sampled, inputs, lags):
     # R(lag) = Re sum weight c_i pole_i^(lag - 1) ahead_i: one product for all lags
     residues = (sampled.weight[:, None, None] * c.T[:kept, :, None] * ahead[:kept, None, :])
     residues = residues.reshape(kept, count * count)
-    steps = np.exp(np.log(sampled.poles)[None, :] * np.arange(lags - 1)[:, None])
+    logs = np.log(np.where(np.abs(sampled.poles) < 1e-300, 1e-300, sampled.poles))
+    steps = np.exp(logs[None, :] * np.arange(lags - 1)[:, None])
     out = np.empty((lags, count, count))
     out[1:] = (steps.real @ residues.real - steps.imag @ residues.imag).reshape(-1, count, count)
     out[0] = (c @ state @ c.conj().T).real + d @ q @ d.T

@@ -45,19 +45,22 @@ class Fit:
 class Simulator:
     """The model side of a diagnosis: spacecraft and frame; expected spectra of candidates."""
 
-    def __init__(self, spacecraft, frame, duration_s):
+    def __init__(self, spacecraft, frame, duration_s, present=()):
         self.spacecraft, self.frame, self.duration_s = spacecraft, frame, duration_s
+        self.present = tuple(present)
 
     def setup(self, candidate):
-        """Return the setup of a candidate."""
-        return inject(self.spacecraft, candidate.effects, self.duration_s)
+        """Return the setup of a candidate, on top of the effects that are already there."""
+        return inject(self.spacecraft, self.present + candidate.effects, self.duration_s)
 
     def expected(self, candidate):
         """Return its expected periodograms; None where it cannot exist, as off the array."""
         try:
-            return expected(self.setup(candidate), self.frame)
+            found = expected(self.setup(candidate), self.frame)
         except (ValueError, np.linalg.LinAlgError, OverflowError):
             return None
+        parts = (*found.shares, found.fixed)
+        return found if all(np.all(np.isfinite(p)) for p in parts) else None
 
 
 def fit(simulator, evidence, candidate=Candidate(), levels=None, steps=STEPS):
@@ -100,6 +103,8 @@ def fit(simulator, evidence, candidate=Candidate(), levels=None, steps=STEPS):
         gain = 0.0
         for _ in range(6):
             step = np.linalg.solve(information + damping * diagonal, score)
+            if not np.all(np.isfinite(step)):
+                return None
             cap = np.concatenate([np.full(len(logs), LONGEST), LONGEST * scales])
             step = step * min(1.0, np.min(cap / np.maximum(np.abs(step), 1e-300)))
             trial = candidate.moved(x + step[len(logs):])

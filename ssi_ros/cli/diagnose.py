@@ -1,0 +1,117 @@
+"""
+Diagnose the gap between a simulator and a recording.
+
+It says whether there is a gap, where it lies, which unmodelled effect causes it and how sure that
+is, and how far the gap shrinks on data that the fit did not see. Exit code 0: the record is
+explained (or there is no gap), 1: it is not.
+"""
+from pathlib import Path
+
+HELP = 'find which unmodelled effect parts a bag from the model'
+EXAMPLE = 'ssi_ros diagnose quiet --json diagnosis.json'
+
+
+def add_arguments(parser):
+    """Declare the options."""
+    parser.add_argument('bag', type=Path, metavar='BAG', help='folder of the bag')
+    parser.add_argument('--model', metavar='FILE',
+                        help='spacecraft YAML of the simulator (default: the packaged one)')
+    parser.add_argument('--settings', metavar='FILE', help='YAML as config/diagnosis.yaml')
+    parser.add_argument('--effects', metavar='A,B', help='consider only these effects')
+    parser.add_argument('--no-pairs', action='store_true',
+                        help='do not look for two effects at once')
+    parser.add_argument('--json', type=Path, metavar='FILE', help='write the diagnosis there')
+    parser.add_argument('--apply', type=Path, metavar='FILE',
+                        help='write a configuration of the simulator with the effect in it')
+
+
+def run(args):
+    """Read, diagnose, print, write."""
+    import json
+
+    from ssi_ros.cli._options import Progress
+    from ssi_ros.effects import load_configuration, save_configuration
+    from ssi_ros.gap.diagnose import diagnose
+    from ssi_ros.gap.settings import load_settings
+
+    spacecraft, present = load_configuration(args.model)
+    names = [n.strip() for n in args.effects.split(',')] if args.effects else None
+    samples = read_samples(args.bag, spacecraft.rate_hz)
+    with Progress('diagnosing') as progress:
+        found = diagnose(spacecraft, samples, load_settings(args.settings), effects=names,
+                         pairs=not args.no_pairs, present=present, progress=progress)
+    print(text(found))
+    if args.json:
+        args.json.write_text(json.dumps(found.to_json(), indent=1) + '\n')
+    if args.apply:
+        best = found.candidates[0]
+        if not best.built:
+            raise ValueError(f'{found.outcome}: there is no effect to write to {args.apply}')
+        save_configuration(spacecraft, present + best.built, args.apply)
+        print(f'wrote {args.apply}')
+    return 0 if found.outcome in ('WITHIN_FLOOR', 'EXPLAINED', 'TIED') else 1
+
+
+def read_samples(path, rate_hz):
+    """
+    Read the accelerometers of a bag onto one even grid; a missing sample is NaN.
+
+    Raises
+    ------
+    ValueError
+        If the clock jumps in the record: its longest part cannot stand for all of it.
+
+    """
+    import numpy as np
+
+    from ssi_ros.bag import read_channels
+    from ssi_ros.identify.grid import Grid
+    from ssi_ros.records import Samples
+
+    recording = read_channels(path)
+    names = [n.rsplit('/', 1)[-1] for n in recording.names]
+    grid = Grid(names, rate_hz)
+    for i, (stamps, values) in enumerate(zip(recording.stamps_ns, recording.values)):
+        grid.push(i, stamps, values)
+    rows = grid.rows(flush=True)
+    if not rows:
+        raise ValueError(f'{path} has no samples on its accelerometer topics')
+    if len({r.segment for r in rows}) > 1:
+        raise ValueError(f'the clock of {path} jumps; cut the bag there and give one part')
+    values = np.concatenate([r.values for r in rows])
+    return Samples(values, rate_hz, tuple(names), rows[0].origin_ns)
+
+
+def text(found):
+    """Return the diagnosis as lines in the order of an engineer's questions."""
+    gap = found.gap
+    lines = [f'{found.outcome}: {found.reason}',
+             f'gap {gap["before"]:.4f} nats a band, floor {gap["floor"]:.4f} +- '
+             f'{gap["floor_std"]:.4f}, p = {gap["p_value"]:.2g}']
+    lines += [f'sign: {s}' for s in found.signs]
+    where = found.where
+    for kind, label in (('sensors', 'name'), ('modes', 'name')):
+        if where[kind] and found.outcome != 'WITHIN_FLOOR':
+            best = sorted(where[kind], key=lambda e: -e['share'])[:4]
+            lines.append(f'{kind}: ' + ', '.join(
+                (f'{e["frequency_hz"]:.3f} Hz ' if 'frequency_hz' in e else '')
+                + f'{e[label]} {100 * e["share"]:.0f} %' for e in best))
+    if found.outcome != 'WITHIN_FLOOR':
+        lines.append('site: ' + ', '.join(f'{k} {100 * v:.0f} %'
+                                          for k, v in where['site'].items() if v > 0.005))
+    for c in found.candidates:
+        if c.effects == ('none',) and c.probability < 0.001:
+            continue
+        closed = '' if c.closed != c.closed else (
+            f', closes {100 * c.closed:.0f} % ({100 * c.closed_low90:.0f} to '
+            f'{100 * c.closed_high90:.0f})')
+        lines.append(f'  {" + ".join(c.effects)}: probability {c.probability:.3f}{closed}')
+        places = [f'{k}={getattr(e, k)}' for e in c.built for k in ('channel', 'array', 'source')
+                  if isinstance(getattr(e, k, None), str)]
+        numbers = [f'{k.split(".")[-1]} = {v.value:.5g} +- {v.std:.2g} {v.unit}'.rstrip(' 1')
+                   for k, v in c.parameters.items()]
+        if places or numbers:
+            lines.append('      ' + ', '.join(places + numbers))
+    if found.separate_by:
+        lines.append('would part them: ' + '; '.join(found.separate_by))
+    return '\n'.join(lines)

@@ -1,0 +1,74 @@
+"""The answer of a diagnosis, and its form as JSON."""
+from dataclasses import dataclass
+
+SCHEMA = 'ssi_ros/diagnosis/1'
+OUTCOMES = ('WITHIN_FLOOR', 'EXPLAINED', 'TIED', 'UNEXPLAINED', 'TOO_LITTLE_DATA')
+
+
+@dataclass(frozen=True)
+class Value:
+    """A fitted number: value, standard deviation, 90 % interval, unit."""
+
+    value: float
+    std: float
+    low90: float
+    high90: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """
+    One candidate: effects, how probable, at which values, and what it leaves of the gap.
+
+    `closed` is the share of the gap above its floor that is gone, on data that the fit did not
+    see; NaN where the gap is within three standard deviations of its floor.
+    """
+
+    effects: tuple
+    probability: float
+    alike: tuple
+    parameters: dict
+    gap_after: float
+    closed: float
+    closed_low90: float
+    closed_high90: float
+    inside_floor: bool
+    built: tuple = ()
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """What `diagnose` found; the fields are those of the JSON, which `to_json` makes."""
+
+    outcome: str
+    reason: str
+    gap: dict
+    where: dict
+    candidates: tuple
+    verdict: dict
+    separate_by: tuple
+    signs: tuple = ()
+
+    def to_json(self):
+        """Return plain data in the fixed schema; a number that is not finite becomes None."""
+        return _plain({
+            'schema': SCHEMA, 'outcome': self.outcome, 'reason': self.reason, 'gap': self.gap,
+            'where': self.where, 'candidates': [{
+                'effects': c.effects, 'probability': c.probability, 'class': c.alike,
+                'parameters': {k: vars(v) for k, v in c.parameters.items()},
+                'gap_after': c.gap_after, 'closed': c.closed, 'closed_low90': c.closed_low90,
+                'closed_high90': c.closed_high90, 'inside_floor': c.inside_floor,
+            } for c in self.candidates],
+            'verdict': self.verdict, 'separate_by': self.separate_by, 'signs': self.signs})
+
+
+def _plain(value):
+    if isinstance(value, dict):
+        return {k: _plain(v) for k, v in value.items()}
+    if isinstance(value, (tuple, list)):
+        return [_plain(v) for v in value]
+    if isinstance(value, bool) or value is None or isinstance(value, str):
+        return value
+    number = float(value)
+    return number if abs(number) < float('inf') else None

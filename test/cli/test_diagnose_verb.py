@@ -1,0 +1,31 @@
+"""The verb diagnose on bags: the loop from a bag to a corrected simulator and back."""
+import json
+
+from ssi_ros.cli.main import main
+
+FEW = 'sensor_gain,array_asymmetry,sensor_noise'
+
+
+def test_loop_closes(tmp_path, capsys):
+    """The effect is found, written to a configuration, and the corrected model is quiet."""
+    bag, fixed, out = (str(tmp_path / n) for n in ('bag', 'corrected.yaml', 'd.json'))
+    assert main(['simulate', bag, '--duration-s', '200', '--effect',
+                 'sensor_gain:channel=e1_b,scale=1.08']) == 0
+    assert main(['diagnose', bag, '--effects', FEW, '--json', out, '--apply', fixed]) == 0
+    text = capsys.readouterr().out
+    assert 'EXPLAINED' in text and 'sensor_gain' in text and 'channel=e1_b' in text
+    assert json.loads((tmp_path / 'd.json').read_text())['verdict']['effects'] == ['sensor_gain']
+    again = str(tmp_path / 'again')
+    assert main(['simulate', again, '--config', fixed, '--duration-s', '200', '--seed', '5']) == 0
+    assert main(['diagnose', bag, '--effects', FEW, '--model', fixed]) == 0
+    assert main(['diagnose', again, '--effects', FEW, '--model', fixed]) == 0
+    assert capsys.readouterr().out.count('WITHIN_FLOOR') == 2
+
+
+def test_user_mistakes(tmp_path, capsys):
+    """No bag, no such effect: one line each, exit code 2."""
+    assert main(['diagnose', str(tmp_path / 'nothing')]) == 2
+    bag = str(tmp_path / 'bag')
+    assert main(['simulate', bag, '--duration-s', '20']) == 0
+    assert main(['diagnose', bag, '--effects', 'sensor_gian']) == 2
+    assert 'did you mean sensor_gain' in capsys.readouterr().err

@@ -1,0 +1,118 @@
+"""Recovery: inject an effect, it is named; inject none, it is quiet; refuse what does not fit."""
+import json
+
+import numpy as np
+import pytest
+
+from ssi_ros.effects import inject, parse_effect, simulate_setup
+from ssi_ros.gap.diagnose import diagnose
+from ssi_ros.gap.settings import DiagnosisSettings
+from ssi_ros.model import load_spacecraft
+from ssi_ros.records import Samples
+
+SECONDS = 300.0
+FEW = ('array_asymmetry', 'hub_inertia', 'sensor_gain', 'sensor_crosstalk', 'channel_delay',
+       'saturation', 'quantisation', 'dropped_samples', 'sensor_noise', 'impulsive_events')
+SETTINGS = DiagnosisSettings(finalists=3)
+
+
+@pytest.fixture(scope='module')
+def spacecraft():
+    return load_spacecraft()
+
+
+def record(spacecraft, *texts, seed=21, duration_s=SECONDS):
+    return simulate_setup(inject(spacecraft, [parse_effect(t) for t in texts], duration_s), seed)
+
+
+@pytest.mark.parametrize('text, site', [
+    ('array_asymmetry:array=E2,scale=0.98', 'structure'),
+    ('sensor_gain:channel=e2_b,scale=1.04', 'sensor'),
+    ('channel_delay:channel=e1_b,delay_s=0.002', 'sensor'),
+    ('saturation:limit_m_s2=0.08', 'sensor'),
+    ('quantisation:step_m_s2=0.002', 'sensor'),
+    ('dropped_samples:fraction=0.03', 'timing')])
+def test_the_effect_is_named_with_its_size(text, site, spacecraft):
+    """One effect of a good size: first of the list, at its site, value within its spread."""
+    effect = parse_effect(text)
+    found = diagnose(spacecraft, record(spacecraft, text), SETTINGS, effects=FEW, pairs=False)
+    top = found.candidates[0]
+    assert top.effects == (effect.name,)
+    assert max(found.where['site'], key=found.where['site'].get) == site
+    value = top.parameters[f'{effect.name}.{effect.size}']
+    true = getattr(effect, effect.size)
+    if np.isfinite(value.std):
+        assert abs(value.value - true) < 4 * value.std        # 4 sd of its own spread
+    else:
+        # 15 %: steps and rails are read off the values exactly, losses to a few per cent
+        assert value.value == pytest.approx(true, rel=0.15)
+    if np.isfinite(top.closed):
+        rivals = [c.closed for c in found.candidates[1:] if c.built]
+        assert top.closed > max(rivals) - 0.1      # no wrong effect closes clearly more
+
+
+def test_right_model_is_quiet(spacecraft):
+    """Without an effect the outcome is WITHIN_FLOOR and nothing is blamed."""
+    found = diagnose(spacecraft, record(spacecraft), SETTINGS, effects=FEW)
+    assert found.outcome == 'WITHIN_FLOOR'
+    assert found.verdict['effects'] == ()
+
+
+def test_json_has_the_fixed_schema(spacecraft):
+    """Others read it: keys, and probabilities that sum to 1."""
+    found = diagnose(spacecraft, record(spacecraft, 'hub_inertia:scale=1.3'), SETTINGS,
+                     effects=FEW, pairs=False)
+    plain = json.loads(json.dumps(found.to_json(), allow_nan=False))
+    assert plain['schema'] == 'ssi_ros/diagnosis/1'
+    assert set(plain) >= {'outcome', 'reason', 'gap', 'where', 'candidates', 'verdict',
+                          'separate_by'}
+    assert set(plain['where']) == {'site', 'sensors', 'bands', 'modes', 'times'}
+    assert set(plain['candidates'][0]) == {
+        'effects', 'probability', 'class', 'parameters', 'gap_after', 'closed', 'closed_low90',
+        'closed_high90', 'inside_floor'}
+    # 1e-9: a softmax, so only round-off
+    assert sum(c['probability'] for c in plain['candidates']) == pytest.approx(1.0, abs=1e-9)
+    names = [c['effects'] for c in plain['candidates']]
+    assert ['unknown'] in names and ['none'] in names
+    for kind in ('sensors', 'bands', 'times'):
+        assert sum(e['share'] for e in plain['where'][kind]) == pytest.approx(1.0, abs=1e-6)
+
+
+def test_an_effect_that_is_not_in_the_list_is_not_blamed_on_another(spacecraft):
+    """A softer array, with only sensor effects allowed: unexplained, and the nearest is told."""
+    found = diagnose(spacecraft, record(spacecraft, 'array_asymmetry:array=E2,scale=0.95'),
+                     SETTINGS, effects=('sensor_gain', 'sensor_noise'), pairs=False)
+    assert found.outcome == 'UNEXPLAINED'
+    assert 'nearest is' in found.reason
+    unknown = [c for c in found.candidates if c.effects == ('unknown',)][0]
+    assert unknown.probability > 0.9
+
+
+def test_present_effect_closes_the_loop(spacecraft):
+    """With the effect in the simulator the same record is within the floor."""
+    text = 'sensor_gain:channel=e2_b,scale=1.04'
+    found = diagnose(spacecraft, record(spacecraft, text), SETTINGS, effects=FEW,
+                     present=(parse_effect(text),))
+    assert found.outcome == 'WITHIN_FLOOR'
+
+
+def test_short_record_says_how_long_it_must_be(spacecraft):
+    """Too few samples: an outcome with the length needed, no verdict."""
+    found = diagnose(spacecraft, record(spacecraft, duration_s=2.0))
+    assert found.outcome == 'TOO_LITTLE_DATA'
+    assert 's are needed' in found.reason
+
+
+def test_refusals(spacecraft):
+    """Wrong channels, wrong rate, a dead channel, an unknown effect: each with its reason."""
+    good = record(spacecraft, duration_s=60.0)
+    with pytest.raises(ValueError, match='also has e1_a'):
+        diagnose(spacecraft, Samples(good.values, 100.0, ('x', 'e1_b', 'e2_a', 'e2_b')))
+    with pytest.raises(ValueError, match='sampled at 50 Hz'):
+        diagnose(spacecraft, Samples(good.values, 50.0, good.channels))
+    dead = good.values.copy()
+    dead[:, 2] = 0.0
+    with pytest.raises(ValueError, match='e2_a is dead'):
+        diagnose(spacecraft, Samples(dead, 100.0, good.channels))
+    with pytest.raises(ValueError, match='did you mean sensor_gain'):
+        diagnose(spacecraft, good, effects=['sensor_gian'])
