@@ -1,6 +1,7 @@
 """Nodes under bad input, at their ends and through their lifecycle: real processes, real DDS."""
 import json
 import math
+import resource
 import signal
 import time
 
@@ -17,7 +18,7 @@ from rosgraph_msgs.msg import Clock
 from ssi_ros.bag import open_bag, read_channels, recover, write_samples
 from ssi_ros.records import Samples
 from ssi_ros.ros.messages import stamp_of, time_of, window_of
-from std_msgs.msg import Float64
+from std_msgs.msg import Float64, Float64MultiArray
 from std_srvs.srv import Trigger
 
 START_NS = 1_000_000_000_000_000_000
@@ -273,6 +274,43 @@ def test_killed_recorder_loses_little(bench, tmp_path):
     stamps = read_channels(tmp_path / 'saved').stamps_ns[0]
     assert last_ns - stamps[-1] <= 0.6e9
     assert (np.diff(stamps) == 10_000_000).all()
+
+
+def test_full_disk_is_told(bench, tmp_path):
+    """A file that cannot grow: one clear error, exit code 1, what was flushed can be recovered."""
+    bench.processes.start('recorder', 'recorder', bag=tmp_path / 'bag', compression='none')
+    process = bench.processes.running['recorder']
+    resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (200_000, 200_000))
+    bench.processes.start('simulator', 'simulator', wait_for_subscribers=1, speed=5.0)
+    bench.wait(lambda: 'recording stopped' in bench.words('recorder'))
+    assert process.poll() is None                       # it goes on telling by /diagnostics
+    process.send_signal(signal.SIGTERM)
+    assert bench.ended('recorder') == 1 and 'Traceback' not in bench.words('recorder')
+    recover(tmp_path / 'bag', tmp_path / 'saved')
+    stamps = read_channels(tmp_path / 'saved').stamps_ns[0]
+    assert len(stamps) > 100 and (np.diff(stamps) == 10_000_000).all()
+
+
+def test_batch_holds_the_same_samples(bench):
+    """The batched topic carries the rows of the single topics, with their first stamp."""
+    single = [bench.collect(AccelStamped, f'/accelerometer/{name}', LISTEN)
+              for name in ('e1_a', 'e1_b', 'e2_a', 'e2_b')][-1]
+    batches = bench.collect(Float64MultiArray, '/accelerometer/batch', LISTEN)
+    bench.processes.start('simulator', 'simulator', batch=True, speed=0.0, duration_s=8.0,
+                          wait_for_subscribers=1)
+    assert bench.ended('simulator') == 0
+    bench.wait(lambda: len(single) > 0 and len(batches) > 0)
+    values = {stamp_of(m.header.stamp): m.accel.linear.z for m in single}
+    compared = 0
+    for b in batches:
+        rows = np.array(b.data).reshape(b.layout.dim[0].size, b.layout.dim[1].size)
+        column = b.layout.dim[1].label.split(',').index('e2_b')
+        first = int(b.layout.dim[0].label.removeprefix('first_stamp_ns='))
+        for k, stamp in enumerate(grid(len(rows), first).tolist()):
+            if stamp in values:
+                assert values[stamp] == rows[k, column]
+                compared += 1
+    assert compared > 300
 
 
 def small_bag(path, n=300):
