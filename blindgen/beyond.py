@@ -79,7 +79,7 @@ def _(s, p):
         lambda rng: {'rate': log_uniform(rng, 2, 30)},
         lambda v, m: {'rate_per_min': v['rate'], 'size_m_s2': m}, 'mean')
 def _(s, p):
-    return replace(s, spikes=(p['rate_per_min'], p['size_m_s2']))
+    return replace(s, spikes=(*s.spikes, (p['rate_per_min'], p['size_m_s2'])))
 
 
 @beyond('cable_hysteresis', 'structure', 0.01, 3e4,

@@ -14,7 +14,7 @@ import numpy as np
 from blindgen.scenario import ARRAYS, CHANNELS, SENSOR_LATERAL_M
 
 EFFECTS = {}
-ROOT_MOMENT_RMS = 0.20      # [N m] at a root under the nominal loads; a test computes it
+ROOT_MOMENT_RMS = 0.16      # [N m] at a root under the nominal loads; a test computes it
 
 
 @dataclass(frozen=True)
