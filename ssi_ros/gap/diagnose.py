@@ -22,6 +22,7 @@ from ssi_ros.gap.where import locate
 SURE = 50.0             # log odds of a sign that cannot be chance
 LEFT_OVER = 3e-3        # p-value of what is left, below which a candidate does not explain
 CLOSE = 3.0             # held-out log odds within which two candidates are tied
+TRIED = 4               # best fits that are tried on held-out pieces
 TRIALS = 4              # tests for a gap: scores, lines, jolts, meter
 
 
@@ -156,15 +157,17 @@ def _finalists(scores, count):
 
 
 def _try_all(simulator, evidence, candidates, start, settings, bonuses, tell):
-    ranked = []
+    """Fit all candidates; try the best ones on held-out pieces."""
+    fits = []
     for i, candidate in enumerate(candidates):
         tell(i / len(candidates))
         fitted = fit(simulator, evidence, candidate, start.levels)
-        if fitted is None:
-            continue
-        bonus = sum(bonuses.get(n, 0.0) for n in candidate.names)
-        ranked.append(try_held_out(simulator, evidence, fitted, settings, bonus))
-    return sorted(ranked, key=_worth)
+        if fitted is not None:
+            bonus = sum(bonuses.get(n, 0.0) for n in candidate.names)
+            fits.append((fitted.likelihood + bonus, i, fitted, bonus))
+    fits = sorted(fits, reverse=True)[:TRIED]
+    return sorted((try_held_out(simulator, evidence, f, settings, bonus)
+                   for _, _, f, bonus in fits), key=_worth)
 
 
 def _worth(ranked):

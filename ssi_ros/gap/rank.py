@@ -3,11 +3,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ssi_ros.gap.fit import fit, Fit
+from ssi_ros.gap.fit import Fit, fit
 from ssi_ros.gap.likelihood import log_likelihood
 from ssi_ros.gap.meter import measure
 
-REFIT_STEPS = 5
+REFIT_STEPS = 3
 BLOCK = 8               # bands that the bootstrap keeps together
 DRAWS = 400
 
@@ -47,7 +47,7 @@ class Ranked:
 
     @property
     def deviations(self):
-        """Standard deviations of the held-out gap above its floor."""
+        """How many standard deviations the held-out gap is above its floor."""
         spread = np.sqrt(np.sum([g.floor_std ** 2 for g in self.gaps])) / len(self.gaps)
         return float((self.value - np.mean([g.floor for g in self.gaps])) / spread)
 

@@ -10,10 +10,10 @@ from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.model import load_spacecraft
 from ssi_ros.records import Samples
 
-SECONDS = 300.0
+SECONDS = 150.0
 FEW = ('array_asymmetry', 'hub_inertia', 'sensor_gain', 'sensor_crosstalk', 'channel_delay',
        'saturation', 'quantisation', 'dropped_samples', 'sensor_noise', 'impulsive_events')
-SETTINGS = DiagnosisSettings(finalists=3)
+SETTINGS = DiagnosisSettings(finalists=2)
 
 
 @pytest.fixture(scope='module')

@@ -16,7 +16,7 @@ from ssi_ros.gap.spectra import make_frame, periodograms, spectra
 from ssi_ros.model import load_spacecraft
 
 SETTINGS = DiagnosisSettings()
-SECONDS, RECORDS, BAND = 240.0, 8, 8
+SECONDS, RECORDS, BAND = 120.0, 8, 8
 
 
 @pytest.fixture(scope='module')
@@ -25,7 +25,7 @@ def spacecraft():
 
 
 @pytest.mark.parametrize('text', [
-    '', 'excitation_colour:corner_hz=8', 'harmonic_disturbance:frequency_hz=12.013,torque_n_m=0.1',
+    '', 'excitation_colour:corner_hz=8', 'harmonic_disturbance:frequency_hz=12.013,torque_n_m=1',
     'wheel_speed_sweep:start_hz=5,end_hz=15,torque_n_m=0.3',
     'impulsive_events:rate_per_min=60,impulse_n_m_s=0.01', 'stiffness_drift:change=0.04',
     'sensor_bandwidth:channel=e1_a,corner_hz=30', 'channel_delay:channel=e1_a,delay_s=0.003',
@@ -69,7 +69,7 @@ def test_floor_from_theory_and_from_wishart_draws():
 
 def test_right_model_is_at_the_floor_with_standard_scores(spacecraft):
     """Twelve nominal records: the meter reads its floor, the scores are standard normal."""
-    frame = make_frame(24000, 100.0, SETTINGS)
+    frame = make_frame(12000, 100.0, SETTINGS)
     simulator = Simulator(spacecraft, frame, SECONDS)
     nominal = simulator.expected(Candidate())
     chosen = [e for e in starting_points(library().values(), spacecraft)
