@@ -23,7 +23,7 @@ from ssi_ros.ros.node import run, StageNode
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import Trigger
 
-DRAIN_S = 0.05            # how often the raw bytes are read into rows
+DRAIN_S = 0.2             # how often the raw bytes are read into rows
 
 
 class IdentifierNode(StageNode):
