@@ -8,7 +8,6 @@ answers for its own range of frequencies, eq. (41) of docs/theory-identification
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import firwin, kaiserord
 
 FACTOR = 5              # rate of a band over the rate of the next
 STOP_DB = 80.0          # what folds back is below 1e-4 of the amplitude
@@ -74,10 +73,17 @@ def plan_bands(rate_hz, window_s, cycles_min, count=0):
 
 
 def low_pass(factor):
-    """Return the linear-phase taps that precede thinning by `factor`; they sum to 1."""
+    """
+    Return the linear-phase taps that precede thinning by `factor`; they sum to 1.
+
+    A windowed sinc by Kaiser's formulas, as `scipy.signal.firwin` has it, whose import alone
+    would take longer than the identification of a minute.
+    """
     width = 2.0 * (1.0 - 2.0 * EDGE) / factor          # of the transition, Nyquist is 1
-    count, beta = kaiserord(STOP_DB, width)
-    return firwin(count | 1, 1.0 / factor, window=('kaiser', beta))
+    count = int(np.ceil((STOP_DB - 7.95) / (2.285 * np.pi * width) + 1.0)) | 1
+    window = np.kaiser(count, 0.1102 * (STOP_DB - 8.7))
+    taps = np.sinc((np.arange(count) - count // 2) / factor) * window
+    return taps / taps.sum()
 
 
 class Thinner:
