@@ -1,12 +1,12 @@
 # Licensed under the Apache License, Version 2.0.
 """Command line of the blind campaign: make, run, lock, reveal, verify, or all by `campaign`."""
 import argparse
+from pathlib import Path
 import secrets
 import subprocess
 import sys
-from pathlib import Path
 
-from blindgen.campaign import TOOL, lock, reveal, run
+from blindgen.campaign import lock, reveal, run, TOOL
 from blindgen.make import make
 from blindgen.seal import read_json
 from blindgen.verify import main as verify

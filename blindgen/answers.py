@@ -36,15 +36,17 @@ def read_answer(path):
     """
     told = read_json(path)
     if told.get('schema') != 'ssi_ros/diagnosis/1' or told.get('outcome') not in OUTCOMES:
-        raise ValueError(f'{path}: schema {told.get("schema")!r}, outcome {told.get("outcome")!r}; '
-                         f'expected ssi_ros/diagnosis/1 and one of {", ".join(OUTCOMES)}')
+        raise ValueError(f'{path}: schema {told.get("schema")!r} and outcome '
+                         f'{told.get("outcome")!r}; expected ssi_ros/diagnosis/1 and one of '
+                         f'{", ".join(OUTCOMES)}')
     verdict = told.get('verdict') or {}
     named = told['outcome'] in ('EXPLAINED', 'TIED')
-    effects = frozenset(verdict.get('effects') or []) - {'none', 'unknown'} if named else frozenset()
+    effects = frozenset(verdict.get('effects') or [] if named else []) - {'none', 'unknown'}
     candidates = [c for c in told.get('candidates') or []
                   if not {'none', 'unknown'} & set(c['effects'])]
     best = next((c for c in candidates if frozenset(c['effects']) == effects), {})
-    intervals = {key: (v['low90'], v['high90']) for key, v in (best.get('parameters') or {}).items()
+    intervals = {key: (v['low90'], v['high90'])
+                 for key, v in (best.get('parameters') or {}).items()
                  if isinstance(v, dict) and v.get('low90') is not None
                  and v.get('high90') is not None}
     where = told.get('where') or {}

@@ -1,8 +1,8 @@
 # Licensed under the Apache License, Version 2.0.
 """Write a record as a rosbag2 MCAP bag, through the independent library rosbags."""
-import struct
 from functools import lru_cache
 from pathlib import Path
+import struct
 
 from blindgen.scenario import CHANNELS, RATE_HZ
 

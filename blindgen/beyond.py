@@ -2,11 +2,10 @@
 """Ten effects that no library has: a diagnosis should answer that it does not know them."""
 from dataclasses import replace
 
-import numpy as np
-
-from blindgen.effects import (ROOT_MOMENT_RMS, a_channel, an_array, declare, log_uniform, nothing,
+from blindgen.effects import (a_channel, an_array, declare, log_uniform, nothing, ROOT_MOMENT_RMS,
                               with_item)
 from blindgen.scenario import ARRAYS, CHANNELS
+import numpy as np
 
 FLEX_RMS_M = 1.0e-5        # [m] rms flexing 1 m from a root; a test computes it
 

@@ -6,15 +6,14 @@ The tool is a command line, never an import. What is done stays done: an answer 
 another name and renamed when whole, so a killed campaign goes on with the next bag. With dask
 `distributed` installed, a scheduler's address spreads the bags over its workers.
 """
+from concurrent.futures import as_completed, ThreadPoolExecutor
+from pathlib import Path
 import shlex
 import subprocess
-from concurrent.futures import ThreadPoolExecutor, as_completed
-from pathlib import Path
-
-from tqdm import tqdm
 
 from blindgen.answers import NO_ANSWER, read_answer
 from blindgen.seal import read_json, seed_of, sha, write_json
+from tqdm import tqdm
 
 TOOL = 'ssi_ros diagnose {bag} --model config/spacecraft.yaml --json {json}'
 

@@ -11,11 +11,10 @@ process noise stays the same physical force. Translation is ignored as in the pa
 """
 from dataclasses import dataclass
 
+from blindgen.plate import clamped_modes, gauss_points
+from blindgen.scenario import SENSOR_ALONG_M, SENSOR_ARRAY, SENSOR_LATERAL_M
 import numpy as np
 from scipy.linalg import eigh
-
-from blindgen.plate import clamped_modes, gauss_points
-from blindgen.scenario import (SENSOR_ALONG_M, SENSOR_ARRAY, SENSOR_LATERAL_M)
 
 MODES = 10
 ROOT_M = 1.0
@@ -39,7 +38,7 @@ class Craft:
     Matrices of one frozen state of the spacecraft.
 
     mass, damping, stiffness (n, n); loads (n, 22): torque about x_b, about y_b and 20 process
-    forces; locals (n, m): direction of each local force; sensors (4, n): acceleration of each
+    forces; directions (n, m): direction of each local force; sensors (4, n): acceleration of each
     channel is sensors @ q''.
     """
 
@@ -47,7 +46,7 @@ class Craft:
     damping: np.ndarray
     stiffness: np.ndarray
     loads: np.ndarray
-    locals: np.ndarray
+    directions: np.ndarray
     sensors: np.ndarray
 
 
@@ -66,6 +65,7 @@ def assemble(scenario, progress=0.0):
     Parameters
     ----------
     scenario : Scenario
+        What the spacecraft is.
     progress : float
         Share of the record gone, 0 to 1; it moves the drifting and the turning scenarios.
 
@@ -191,11 +191,11 @@ def state_matrices(craft):
     """
     n = len(craft.mass)
     solved = np.linalg.solve(craft.mass, np.hstack(
-        [-craft.stiffness, -craft.damping, craft.loads, craft.locals]))
+        [-craft.stiffness, -craft.damping, craft.loads, craft.directions]))
     m = craft.loads.shape[1]
     a = np.vstack([np.hstack([np.zeros((n, n)), np.eye(n)]), solved[:, :2 * n]])
     b = np.vstack([np.zeros((n, m)), solved[:, 2 * n:2 * n + m]])
-    ell = np.vstack([np.zeros_like(craft.locals), solved[:, 2 * n + m:]])
+    ell = np.vstack([np.zeros_like(craft.directions), solved[:, 2 * n + m:]])
     out = craft.sensors @ solved
     return a, b, ell, out[:, :2 * n], out[:, 2 * n:2 * n + m], out[:, 2 * n + m:]
 
@@ -232,5 +232,3 @@ def frequencies(craft):
     poles = poles[poles.imag > 1e-3]
     poles = poles[np.argsort(np.abs(poles))]
     return np.abs(poles) / (2 * np.pi), -poles.real / np.abs(poles)
-
-

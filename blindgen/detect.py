@@ -5,21 +5,20 @@ How far an effect moves a record, in standard deviations: d', predicted before a
 Linear effects: J = sum over bins tr(S0^-1 dS S1^-1 dS), the symmetric divergence of the two
 Gaussian models, whose small-effect limit is Fisher's information, with the part that a change of
 excitation or noise level explains projected out; d' = sqrt(J). A known waveform: the power ratio
-of its matched filter. Drift, modulation, rails, rounding and missing samples: their own counts. Nonlinear
-effects: the shift of eleven probe scores (stiffness, asymmetry and damping in three bands) between
-two simulations with the same seed. All are oracle numbers: a diagnosis that must also search sees
-somewhat less.
+of its matched filter. Drift, modulation, rails, rounding and missing samples: their own counts.
+Nonlinear effects: the shift of nine probe scores (stiffness of each array and damping, in three
+bands) between simulations of both with the same seeds. All are oracle numbers: a diagnosis that
+must also search sees somewhat less.
 """
 from dataclasses import replace
 from functools import lru_cache
-
-import numpy as np
 
 from blindgen import beyond  # noqa: F401  (declares the ten effects outside the library)
 from blindgen.effects import EFFECTS
 from blindgen.record import simulate
 from blindgen.scenario import RATE_HZ, Scenario
-from blindgen.spectrum import GRID_BINS, GRID_HZ, _h, spectrum, transfer
+from blindgen.spectrum import _h, GRID_BINS, GRID_HZ, spectrum, transfer
+import numpy as np
 
 NOMINAL = Scenario()
 PROBE_BANDS_HZ = ((0.1, 1.5), (1.5, 4.0), (4.0, 50.0))
@@ -206,5 +205,3 @@ def _scores(scenario, duration_s, seed, w):
     power = (_periodogram(scenario, duration_s, seed) if key is not None
              else _periodogram.__wrapped__(scenario, duration_s, seed))
     return np.einsum('k,pkij,kji->p', GRID_BINS, w, power).real
-
-

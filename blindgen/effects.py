@@ -9,9 +9,8 @@ case may use. `predict` says how detect.py tells its detectability.
 from dataclasses import dataclass, replace
 from typing import Callable
 
-import numpy as np
-
 from blindgen.scenario import ARRAYS, CHANNELS, SENSOR_LATERAL_M
+import numpy as np
 
 EFFECTS = {}
 ROOT_MOMENT_RMS = 0.16      # [N m] at a root under the nominal loads; a test computes it

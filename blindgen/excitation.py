@@ -5,9 +5,8 @@ What drives the spacecraft: white loads held over a sample, and what the effects
 The torque and the process noise are white sequences at 100 Hz, held; an analogue filter acts on
 them by its own frequency response up to 50 Hz, so that a corner far above changes nothing.
 """
-import numpy as np
-
 from blindgen.scenario import PROCESS_RMS, RATE_HZ, TORQUE_RMS
+import numpy as np
 
 
 def held_loads(scenario, samples, lead, duration_s, rng):
@@ -17,12 +16,15 @@ def held_loads(scenario, samples, lead, duration_s, rng):
     Parameters
     ----------
     scenario : Scenario
+        What drives the spacecraft.
     samples : int
+        How many, lead and tail included.
     lead : int
         Samples before the record begins; its time is zero at sample `lead`.
     duration_s : float
         Length of the record [s].
     rng : numpy.random.Generator
+        Of the loads.
 
     Returns
     -------

@@ -1,16 +1,15 @@
 # Licensed under the Apache License, Version 2.0.
 """Make a campaign: plan it, seal its labels, write its bags; goes on where it was stopped."""
-import shutil
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
-
-from tqdm import tqdm
+import shutil
 
 from blindgen.bag import write_bag
 from blindgen.plan import Case, plan, scenario_of
 from blindgen.record import simulate
-from blindgen.seal import (SCHEMA, bag_name, canonical, hash_of_folder, leaf, merkle_root,
-                           read_json, salt_of, seed_of, sha, write_json)
+from blindgen.seal import (bag_name, canonical, hash_of_folder, leaf, merkle_root, read_json,
+                           salt_of, SCHEMA, seed_of, sha, write_json)
+from tqdm import tqdm
 
 
 def make(folder, sealed, count, nonce, commit, duration_s=600.0, workers=1, classes=()):
@@ -24,12 +23,15 @@ def make(folder, sealed, count, nonce, commit, duration_s=600.0, workers=1, clas
     sealed : Path
         Gets labels, salts and nonce; it must not lie inside the folder.
     count : int
+        Number of cases.
     nonce : str
         Secret until the reveal.
     commit : str
         Of the frozen tool.
     duration_s : float
+        Of each record [s].
     workers : int
+        Processes that write bags.
     classes : list of lists of str
         Equivalence classes declared before the run.
 

@@ -95,15 +95,19 @@ def march(e, g, p0, p1, c, d, ell, look, kinds, parameters, x, u, smooth, step_s
     look : (m, n) array
         Deflection that each local force sees.
     kinds : (m,) int array
+        Law of each local force.
     parameters : (m, 2) array
+        Of each law, in the order of the module's list.
     x : (2n,) array
         State at the start; it is overwritten by the state at the end.
     u : (samples, 22) array
+        Loads held over each sample.
     smooth : (samples * substeps + 1,) array
         Torque about x_b at every substep [N m].
     step_s : float
         Substep [s].
     per_block : int
+        Samples that share one block of matrices.
 
     Returns
     -------

@@ -2,11 +2,10 @@
 """Which cases a campaign has: effects, sizes, nuisances; all from one seed."""
 from dataclasses import asdict, dataclass
 
-import numpy as np
-
 from blindgen.detect import size_for
 from blindgen.effects import EFFECTS
 from blindgen.scenario import Scenario
+import numpy as np
 
 TARGETS = (0.5, 2.0, 4.0, 8.0, 16.0)
 LEVEL_DB, NOISE, GAIN, STIFFNESS = 3.0, 0.2, 2e-4, 1e-4
@@ -42,9 +41,11 @@ def plan(count, duration_s, seed, progress=lambda done: None):
     Parameters
     ----------
     count : int
+        Number of cases.
     duration_s : float
         Length of each record [s]; d' counts on it.
     seed : int
+        Of everything drawn.
     progress : callable
         Called with the number of cases planned.
 

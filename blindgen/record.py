@@ -1,12 +1,11 @@
 # Licensed under the Apache License, Version 2.0.
 """From a scenario and a seed to the samples that a recorder would have."""
-import numpy as np
-
 from blindgen.craft import assemble, propagators, state_matrices
 from blindgen.excitation import held_loads, smooth_torque
 from blindgen.march import LAWS, march
 from blindgen.scenario import RATE_HZ
 from blindgen.sensors import measured
+import numpy as np
 
 SUBSTEPS = 20               # 2 kHz
 SETTLE_S = 400.0            # linear settling before the record; the slowest mode takes 88 s
@@ -22,6 +21,7 @@ def simulate(scenario, duration_s, seed, substeps=SUBSTEPS):
     Parameters
     ----------
     scenario : Scenario
+        What the record is made of.
     duration_s : float
         Length of the record [s].
     seed : int or numpy.random.SeedSequence
@@ -80,7 +80,7 @@ def _blocks(scenario, substeps, progress):
         for stack, value in zip(stacks, (exact, (p0 + p1) @ b, p0 @ ell, p1 @ ell, c, d, e)):
             stack.append(value)
     return (*(np.ascontiguousarray(np.array(stack)) for stack in stacks),
-            np.ascontiguousarray(craft.locals.T))
+            np.ascontiguousarray(craft.directions.T))
 
 
 def _laws(scenario, kinds):

@@ -4,7 +4,8 @@ Score answers against revealed labels.
 
 Shares have Wilson's 95 % interval; means over effects and the calibration error have a bootstrap
 over cases. `strict` is the same effect; `class` also counts an effect in one declared class with
-the true one. The answer's own `class` is not used: a tool that calls everything tied gains nothing.
+the true one. The answer's own `class` is not used: a tool that calls everything tied gains
+nothing.
 """
 from math import sqrt
 
@@ -46,8 +47,8 @@ def score(labels, answers, classes=()):
 
     """
     if set(labels) != set(answers):
-        raise ValueError(f'{len(set(labels) ^ set(answers))} names are in labels or answers alone; '
-                         'give one answer, if only NO_ANSWER, for each bag')
+        raise ValueError(f'{len(set(labels) ^ set(answers))} names are in labels or answers '
+                         'alone; give one answer, if only NO_ANSWER, for each bag')
     same = [frozenset(c) for c in classes]
     rows = [_row(name, labels[name], answers[name], same) for name in sorted(labels)]
     clear = [r for r in rows if r['kind'] == 'single' and r['d'] >= CLEAR]

@@ -7,11 +7,10 @@ spikes, rails, rounding. The acceleration at 100 Hz is taken as a band-limited s
 filters act by their own frequency response, and other instants are read by windowed-sinc
 interpolation, so that a small filter, delay or clock error is a small change.
 """
+from blindgen.scenario import NOISE_RMS, RATE_HZ
 import numba
 import numpy as np
-from scipy.signal import buttap
-
-from blindgen.scenario import NOISE_RMS, RATE_HZ
+from scipy.signal import buttap, lfilter
 
 HALF_TAPS = 48
 KAISER_BETA = 9.0
@@ -86,11 +85,16 @@ def measured(scenario, y, lead, samples, rng):
     Parameters
     ----------
     scenario : Scenario
+        What the sensors and the clock are.
     y : (more, 4) array
         True acceleration at 100 Hz [m/s^2], with `lead` samples before the record and enough
         after it for the interpolation.
-    lead, samples : int
+    lead : int
+        Samples before the record.
+    samples : int
+        Length of the record.
     rng : numpy.random.Generator
+        Of the sensors.
 
     Returns
     -------
@@ -126,7 +130,6 @@ def measured(scenario, y, lead, samples, rng):
 
 def _first_order(rms, constant, samples, rng):
     """Return first-order low-frequency noise (samples,) that is stationary from its start."""
-    from scipy.signal import lfilter
     a = np.exp(-1 / (RATE_HZ * constant))
     white = rng.standard_normal(samples) * rms * np.sqrt(1 - a * a)
     white[0] = rms * rng.standard_normal()

@@ -6,10 +6,9 @@ S(f) (4 x 4) is the power of a bin of the discrete Fourier transform over the nu
 its mean over all bins is the covariance of the channels. Exact for the linear scenario at the
 samples; the leakage of a finite record is left out, a prediction needs no more.
 """
-import numpy as np
-
 from blindgen.craft import assemble, propagators, state_matrices
 from blindgen.scenario import NOISE_RMS, PROCESS_RMS, RATE_HZ, TORQUE_RMS
+import numpy as np
 
 # Bins of 600 s below 4 Hz, where a resonance is a few bins wide; every sixth above.
 GRID_HZ = np.concatenate([np.arange(1, 2400) / 600, np.arange(400, 5000) / 100 + 0.001])

@@ -1,7 +1,7 @@
 # Licensed under the Apache License, Version 2.0.
 """Check every hash of a revealed campaign, then score it: python -m blindgen.verify FOLDER."""
-import sys
 from pathlib import Path
+import sys
 
 from blindgen.campaign import answers_of
 from blindgen.score import score

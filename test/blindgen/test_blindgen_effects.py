@@ -72,7 +72,7 @@ def test_the_motions_that_sizes_are_scaled_by():
     a, b, *_ = state_matrices(craft)
     e, p0, p1 = propagators(a, 0.01)
     poles, modes = np.linalg.eig(e)
-    look = np.hstack([craft.locals[:, 1:].T, np.zeros((2, len(craft.mass)))])
+    look = np.hstack([craft.directions[:, 1:].T, np.zeros((2, len(craft.mass)))])
     z = np.exp(2j * np.pi * GRID_HZ / 100)[:, None, None]
     g = ((look @ modes) / (z - poles)) @ np.linalg.solve(modes, (p0 + p1) @ b)
     loads = np.array([TORQUE_RMS, 0] + 20 * [PROCESS_RMS])**2
