@@ -22,7 +22,9 @@ from ssi_ros.gap.where import locate
 SURE = 50.0             # log odds of a sign that cannot be chance
 LEFT_OVER = 3e-3        # p-value of what is left, below which a candidate does not explain
 CLOSE = 3.0             # held-out log odds within which two candidates are tied
-TRIED = 4               # best fits that are tried on held-out pieces
+FIRST_STEPS = 4         # of a fit, before the best TRIED are chosen
+TRIED = 3               # fits that go on to the end, and to held-out pieces
+MOST_PAIRS = 4          # second effects that are fitted beside the best one
 TRIALS = 4              # tests for a gap: scores, lines, jolts, meter
 
 
@@ -105,7 +107,7 @@ def diagnose(spacecraft, samples, settings=DiagnosisSettings(), *, effects=None,
     if ranked and pairs and (left < LEFT_OVER or ranked[0].deviations > 3.0):
         second = score(templates, ranked[0].fit.model, evidence)
         more = [ranked[0].fit.candidate.with_one_more(e)
-                for e in _finalists(second, settings.finalists) if e.name not in ranked[0].names]
+                for e in _finalists(second, MOST_PAIRS) if e.name not in ranked[0].names]
         more += [ranked[0].fit.candidate.with_one_more(s.effect) for s in signs
                  if s.effect.name not in ranked[0].names]
         couples = _try_all(simulator, evidence, more, ranked[0].fit, settings, bonuses,
@@ -157,17 +159,20 @@ def _finalists(scores, count):
 
 
 def _try_all(simulator, evidence, candidates, start, settings, bonuses, tell):
-    """Fit all candidates; try the best ones on held-out pieces."""
+    """Fit all candidates a little, the best ones to the end; try those on held-out pieces."""
     fits = []
     for i, candidate in enumerate(candidates):
         tell(i / len(candidates))
-        fitted = fit(simulator, evidence, candidate, start.levels)
+        fitted = fit(simulator, evidence, candidate, start.levels, FIRST_STEPS)
         if fitted is not None:
             bonus = sum(bonuses.get(n, 0.0) for n in candidate.names)
             fits.append((fitted.likelihood + bonus, i, fitted, bonus))
-    fits = sorted(fits, reverse=True)[:TRIED]
-    return sorted((try_held_out(simulator, evidence, f, settings, bonus)
-                   for _, _, f, bonus in fits), key=_worth)
+    ranked = []
+    for _, _, fitted, bonus in sorted(fits, reverse=True)[:TRIED]:
+        fitted = fit(simulator, evidence, fitted.candidate, fitted.levels)
+        if fitted is not None:
+            ranked.append(try_held_out(simulator, evidence, fitted, settings, bonus))
+    return sorted(ranked, key=_worth)
 
 
 def _worth(ranked):

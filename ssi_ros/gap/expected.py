@@ -83,13 +83,14 @@ def _steady(setup, frame):
     names, shares = [], []
     fixed = np.zeros((1, frame.last - frame.first, count, count), complex)
     shake = _Shake(setup, frame, count)
+    powers = _powers(sampled.poles, frame.rows - 1)
     for part in system.excitation:
         inner = part.part if isinstance(part, Varying) else part
         if isinstance(inner, (Sine, Chirp)):
             fixed = fixed + shake(_line(inner, sampled, system, frame))
             continue
         share = shake(_transform(_autocovariance(
-            sampled, inner.covariance(rate_hz, system.inputs), frame.rows), frame))
+            sampled, inner.covariance(rate_hz, system.inputs), powers), frame))
         share = share[None]
         if isinstance(part, Varying):
             share = share * _power(part, frame)[:, None, None, None]
@@ -111,7 +112,15 @@ def _steady(setup, frame):
     return Expected(tuple(names) + ('sensor_noise',), tuple(shares), fixed)
 
 
-def _autocovariance(sampled, inputs, lags):
+def _powers(poles, count):
+    """Return the powers 0, 1, ... of poles, shape (count, poles), as products of two tables."""
+    logs = np.log(np.where(np.abs(poles) < 1e-300, 1e-300, poles))
+    width = int(np.sqrt(count)) + 1
+    fine, coarse = (np.exp(np.arange(width)[:, None] * step * logs) for step in (1, width))
+    return (coarse[:, None] * fine[None]).reshape(-1, len(poles))[:count]
+
+
+def _autocovariance(sampled, inputs, powers):
     """Return E[y(k + lag) y(k)^T] for lag = 0, 1, ..., shape (lags, l, l), eq. (94)."""
     live = np.flatnonzero(inputs.any(axis=0))
     pair = sampled.weight > 1
@@ -131,10 +140,9 @@ def _autocovariance(sampled, inputs, lags):
     # R(lag) = Re sum weight c_i pole_i^(lag - 1) ahead_i: one product for all lags
     residues = (sampled.weight[:, None, None] * c.T[:kept, :, None] * ahead[:kept, None, :])
     residues = residues.reshape(kept, count * count)
-    logs = np.log(np.where(np.abs(sampled.poles) < 1e-300, 1e-300, sampled.poles))
-    steps = np.exp(logs[None, :] * np.arange(lags - 1)[:, None])
-    out = np.empty((lags, count, count))
-    out[1:] = (steps.real @ residues.real - steps.imag @ residues.imag).reshape(-1, count, count)
+    out = np.empty((len(powers) + 1, count, count))
+    out[1:] = (powers.real @ residues.real - powers.imag @ residues.imag).reshape(
+        -1, count, count)
     out[0] = (c @ state @ c.conj().T).real + d @ q @ d.T
     return out
 

@@ -99,6 +99,8 @@ def fit(simulator, evidence, candidate=Candidate(), levels=None, steps=STEPS):
         slopes = [np.exp(g) * s for g, s in zip(logs, now.shares)]
         slopes += _differences(simulator, candidate, x, scales, now, logs)
         score, information = gradient(model, slopes, evidence)
+        if score @ np.linalg.pinv(information, hermitian=True) @ score / 2 < ENOUGH:
+            break
         diagonal = np.diag(np.diag(information) + 1e-12)
         gain = 0.0
         for _ in range(6):
