@@ -24,9 +24,12 @@ NOMINAL = Scenario()
 PROBE_BANDS_HZ = ((0.1, 1.5), (1.5, 4.0), (4.0, 50.0))
 
 
-def detectability(name, parameters, duration_s, seed=1):
+def detectability(name, parameters, duration_s, level=1.0, seed=1):
     """
     Return the predicted d' of an effect with its parameters in a record of a length [s].
+
+    The excitation level counts for the rails alone, where it changes all; elsewhere it moves d'
+    by less than the 3 dB that it moves itself, and the prediction is for 0 dB.
 
     Raises
     ------
@@ -59,13 +62,13 @@ def detectability(name, parameters, duration_s, seed=1):
         return np.sqrt(bins * divergence(EFFECTS['sensor_gain'].apply(NOMINAL, gain)))
     if effect.predict == 'rails':
         from scipy.special import erfc
-        return np.sqrt(samples * 4 * erfc(p['limit_m_s2'] / _signal_rms() / np.sqrt(2)))
+        return np.sqrt(samples * 4 * erfc(p['limit_m_s2'] / level / _signal_rms() / np.sqrt(2)))
     if effect.predict == 'count':
         return np.sqrt(samples * p['fraction'])
     return _simulated(effect.apply(NOMINAL, p), duration_s, seed)
 
 
-def size_for(name, variant, target, duration_s):
+def size_for(name, variant, target, duration_s, level=1.0):
     """
     Return the parameters whose predicted d' is nearest to a target, and that d'.
 
@@ -78,7 +81,7 @@ def size_for(name, variant, target, duration_s):
     at, slope = (low + high) / 2, 1.0
     found = []                                   # (log m, log d' / target)
     for turn in range(25 if cheap else 9):
-        d = detectability(name, effect.size(variant, float(np.exp(at))), duration_s)
+        d = detectability(name, effect.size(variant, float(np.exp(at))), duration_s, level)
         miss = np.log(max(d, 1e-6) / target) if np.isfinite(d) else 20.0
         if found and at != found[-1][0]:
             slope = np.clip((miss - found[-1][1]) / (at - found[-1][0]), 0.5, 3.0)

@@ -74,12 +74,13 @@ def plan(count, duration_s, seed, progress=lambda done: None):
     cases = []
     for k in rng.permutation(len(jobs)):
         kind, effects = jobs[k]
-        drawn = []
+        case_seed, drawn = int(rng.integers(2**62)), []
+        level = nuisances(case_seed).level
         for name, target in effects:
-            parameters, d = size_for(name, EFFECTS[name].draw(rng), target, duration_s)
+            parameters, d = size_for(name, EFFECTS[name].draw(rng), target, duration_s, level)
             drawn.append({'name': name, 'site': EFFECTS[name].site, 'parameters': parameters,
                           'target': target, 'detectability': d})
-        cases.append(Case(kind, tuple(drawn), int(rng.integers(2**62))))
+        cases.append(Case(kind, tuple(drawn), case_seed))
         progress(len(cases))
     return cases
 
@@ -92,14 +93,19 @@ def _rounds(jobs, count, rng):
     return chosen[:count]
 
 
-def scenario_of(case):
-    """Return the scenario of a case, with the nuisances that every record has."""
-    rng = np.random.default_rng(np.random.SeedSequence(case.seed, spawn_key=(99,)))
-    scenario = Scenario(
+def nuisances(seed):
+    """Return the spacecraft without effect that the record of a seed is made of."""
+    rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(99,)))
+    return Scenario(
         level=10**(rng.uniform(-LEVEL_DB, LEVEL_DB) / 20),
         noise_level=1 + rng.uniform(-NOISE, NOISE),
         gains=tuple(1 + rng.uniform(-GAIN, GAIN, 4)),
         plate_scale=tuple(1 + rng.uniform(-STIFFNESS, STIFFNESS, 2)))
+
+
+def scenario_of(case):
+    """Return the scenario of a case: its effects on top of its nuisances."""
+    scenario = nuisances(case.seed)
     for effect in case.effects:
         scenario = EFFECTS[effect['name']].apply(scenario, effect['parameters'])
     return scenario

@@ -55,6 +55,13 @@ def test_a_size_for_a_wanted_detectability(name, rng):
     assert detectability(name, parameters, 600.0) == pytest.approx(d, rel=1e-9)
 
 
+def test_rails_are_sized_for_the_level_of_their_record():
+    """3 dB more excitation asks for a limit 3 dB higher; 1 % is twice the bracket's width."""
+    low, high = (size_for('saturation', {}, 4.0, 600.0, level)[0]['limit_m_s2']
+                 for level in (1.0, 1.4125))
+    assert high / low == pytest.approx(1.4125, rel=0.01)
+
+
 def test_detectability_of_a_nonlinear_effect_grows_with_its_size():
     """Freeplay ten times as large is seen five times as well, at least."""
     effect = EFFECTS['hinge_freeplay']
