@@ -28,7 +28,6 @@ def add_arguments(parser):
 def run(args):
     """Run the demo, print the table; 0 if all held."""
     import json
-    import shutil
 
     from ssi_ros.bag import read_channels
     from ssi_ros.cli._options import Progress
@@ -43,9 +42,7 @@ def run(args):
     if args.duration_s < args.window_s:
         raise ValueError(f'duration_s={args.duration_s:g} is shorter than the window of '
                          f'{args.window_s:g} s; make it longer, or the window shorter')
-    if args.folder.exists():
-        shutil.rmtree(args.folder / 'bag', ignore_errors=True)
-    args.folder.mkdir(parents=True, exist_ok=True)
+    _make_room(args.folder)
     with Progress('demo') as progress:
         outcome = demo.run(args.folder, duration_s=args.duration_s, window_s=args.window_s,
                            hop_s=args.hop_s, speed=args.speed, seed=args.seed,
@@ -71,3 +68,14 @@ def run(args):
     print(f'look on: ssi_ros info {outcome.bag}')
     good = found >= 18 and replay <= 1e-9 and alone <= 1e-9
     return 0 if good else 1
+
+
+def _make_room(folder):
+    """Make the folder, or clear it if it is that of an earlier demo; never anybody else's."""
+    import shutil
+    mark = folder / '.ssi_ros_demo'
+    if folder.exists() and any(folder.iterdir()) and not mark.exists():
+        raise ValueError(f'{folder} holds files that are not of a demo; name another --folder')
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    mark.touch()
