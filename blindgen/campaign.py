@@ -140,6 +140,6 @@ def answers_of(folder):
         path = folder / 'answers' / f'{name}.json'
         try:
             told[name] = read_answer(path)
-        except (ValueError, KeyError, TypeError):
+        except (ValueError, KeyError, TypeError, AttributeError):   # whatever shape it has
             told[name] = NO_ANSWER
     return told
