@@ -63,7 +63,8 @@ def run(args):
         print(explain(windows[-1], args.explain), file=out)
     if args.plot:
         from ssi_ros.identify.plots import write_plots
-        for path in write_plots(windows, args.plot, recording.names):
+        for path in write_plots(windows, args.plot, recording.names, recording.stamps_ns,
+                                recording.values, grid.rate_hz):
             print(f'wrote {path}', file=out)
     return 0 if any(w.modes for w in windows) else 1
 

@@ -6,6 +6,7 @@ import numpy as np
 from ssi_ros.identify.realise import factorise, noise_floor, poles_of
 from ssi_ros.identify.spread import functionals, lag_weights, pole_spreads
 from ssi_ros.identify.stability import chain, hard_criteria, orders_to_try, verdict
+from ssi_ros.identify.traced import BandTrace
 from ssi_ros.records import Pole
 
 MEMBERS = 3             # orders that a mode is averaged over
@@ -65,6 +66,8 @@ def band_modes(covariances, band, number, rows, settings, held_s):
     -------
     candidates : list of Candidate
     rejected : list of Pole
+    trace : BandTrace
+        What decided.
 
     """
     rank = min(settings.order_max, (rows - 1) * covariances.values.shape[1])
@@ -74,29 +77,31 @@ def band_modes(covariances, band, number, rows, settings, held_s):
         floor *= factors.singular_values[0]
     significant = int(np.count_nonzero(factors.singular_values > floor))
     if significant < 2:      # a mode needs two states
-        return [], []
+        return [], [], BandTrace(band.rate_hz, factors.singular_values, floor, ())
     orders = orders_to_try(significant, len(factors.singular_values), rank, settings.orders)
     every = [poles_of(factors, n, band.rate_hz) for n in orders]
     reasons = [hard_criteria(p, band.low_hz, band.high_hz, settings.damping_max) for p in every]
     usable = [np.array([k for k, r in enumerate(rs) if not r], dtype=int) for rs in reasons]
     rejected = [Pole(float(p.frequency_hz[k]), float(p.damping_ratio[k]), p.order, r)
                 for p, rs in zip(every, reasons) for k, r in enumerate(rs) if r]
-    candidates, spreads = [], {}
+    candidates, accepted, spreads = [], [], {}
     for c in chain(every, usable):
         reason = verdict(c, orders, significant)
         if reason:
-            rejected.extend(_reject(c, reason))
+            rejected.extend(_poles(c, reason))
             continue
         candidate = _candidate(c, covariances, factors, rows, band, number, held_s, spreads)
         if candidate.frequency_std_hz > SPREAD_MAX * candidate.frequency_hz:
-            rejected.extend(_reject(c, f'its frequency is spread over more than '
-                                       f'{100 * SPREAD_MAX:g} %'))
+            rejected.extend(_poles(c, f'its frequency is spread over more than '
+                                      f'{100 * SPREAD_MAX:g} %'))
             continue
         candidates.append(candidate)
-    return candidates, rejected
+        accepted.extend(_poles(c))
+    return candidates, rejected, BandTrace(band.rate_hz, factors.singular_values, floor,
+                                           tuple(accepted))
 
 
-def _reject(c, reason):
+def _poles(c, reason=''):
     return [Pole(float(p.frequency_hz[k]), float(p.damping_ratio[k]), p.order, reason)
             for p, k in c.members]
 

@@ -14,6 +14,7 @@ from ssi_ros.identify.lags import Ring
 from ssi_ros.identify.modes import band_modes
 from ssi_ros.identify.settings import Identification
 from ssi_ros.identify.shapes import mac
+from ssi_ros.identify.traced import TracedWindow
 from ssi_ros.identify.track import track, Tracks
 from ssi_ros.records import Mode, Pole, WindowModes
 from threadpoolctl import ThreadpoolController
@@ -160,20 +161,21 @@ class Monitor:
         first = self.rings[0].covariances(self.settings.hop_s)
         live, why = self._live_channels(first)
         reason = '; '.join(filter(None, (reason, why)))
-        candidates, rejected = [], []
+        candidates, rejected, traces = [], [], []
         for number, (band, ring) in enumerate(zip(self.bands, self.rings)):
             if not live.any():
                 break
             try:
                 covariances = ring.covariances(self.settings.hop_s) if number else first
                 covariances = covariances.of(live)
-                found, left = band_modes(covariances, band, number, self.rows, self.settings,
-                                         held_s)
+                found, left, trace = band_modes(covariances, band, number, self.rows,
+                                                self.settings, held_s)
             except np.linalg.LinAlgError as error:
                 reason = '; '.join(filter(None, (reason, f'band of {band.rate_hz:g} Hz: {error}')))
                 continue
             candidates += [spread_shape(c, live) for c in found]
             rejected += left
+            traces.append(trace)
         if not candidates and not reason:
             reason = 'no mode stands above the noise of the window'
         kept, double = one_of_each(candidates)
@@ -182,7 +184,8 @@ class Monitor:
         tracks, modes, births, deaths = track(self.tracks, modes)
         if keep:
             self.tracks = tracks
-        return WindowModes(start_ns, end_ns, modes, reason, tuple(rejected), births, deaths)
+        return TracedWindow(start_ns, end_ns, modes, reason, tuple(rejected), births, deaths,
+                            tuple(traces))
 
     def _live_channels(self, covariances):
         """Return which channels can be identified, and what is wrong with the others."""

@@ -37,3 +37,22 @@ def collinearity(shapes):
 
     """
     return (np.abs((shapes ** 2).sum(axis=1)) / (np.abs(shapes) ** 2).sum(axis=1)) ** 2
+
+
+def upright(shape):
+    """
+    Turn a shape so that its components lie along the real axis as well as they can.
+
+    Parameters
+    ----------
+    shape : ndarray, shape (l,), complex
+        Largest component 1.
+
+    Returns
+    -------
+    ndarray, shape (l,), complex
+        The phase that maximises the sum of squares of the real parts; the largest is positive.
+
+    """
+    turned = shape * np.exp(-0.5j * np.angle((shape ** 2).sum()))
+    return turned * (-1.0 if turned[np.argmax(np.abs(turned))].real < 0.0 else 1.0)

@@ -1,0 +1,125 @@
+"""One interactive page of an identification that needs no network."""
+import html
+
+import numpy as np
+
+from ssi_ros.identify.plot_stability import accepted, INK, kind_of, shown
+from ssi_ros.identify.plot_tracks import histories
+from ssi_ros.identify.shapes import collinearity, upright
+
+SYMBOLS = {'^': 'triangle-up', 'x': 'x', 's': 'square', 'D': 'diamond', '+': 'cross',
+           '.': 'circle-open'}
+HEAD = ('<!doctype html><html lang="en"><head><meta charset="utf-8"><title>Identification</title>'
+        '<style>body{font-family:sans-serif;max-width:1200px;margin:1em auto}'
+        'td,th{padding:2px 10px;text-align:right}</style></head><body><h1>Identification</h1>')
+
+
+def page(windows, names, spectrum):
+    """
+    Return the page as text.
+
+    Parameters
+    ----------
+    windows : sequence of WindowModes
+        By rising time.
+    names : sequence of str
+        Of the channels.
+    spectrum : tuple of ndarray, or None
+        Frequencies [Hz] and levels [dB] of the last window.
+
+    Returns
+    -------
+    str
+
+    """
+    from plotly.io import to_html
+    last = windows[-1]
+    figures = [_stabilisation(last, spectrum), _tracks(windows, 'frequency'),
+               _tracks(windows, 'damping')]
+    if last.modes:
+        figures.append(_shapes(last, names))
+    parts = [HEAD, f'<p>{len(windows)} windows of {len(names)} channels. '
+             f'{html.escape(last.reason)}</p>', _table(last)]
+    for k, figure in enumerate(figures):
+        figure.update_layout(template='simple_white', font_size=12)
+        parts.append(to_html(figure, full_html=False, include_plotlyjs=k == 0,
+                             config={'displaylogo': False}))
+    return '\n'.join(parts) + '</body></html>'
+
+
+def _table(window):
+    rows = ['<table><tr><th>identity</th><th>frequency [Hz]</th><th>damping [%]</th>'
+            '<th>label</th></tr>']
+    rows += [f'<tr><td>{m.identity}</td><td>{m.frequency_hz:.4f} ± {m.frequency_std_hz:.4f}</td>'
+             f'<td>{100 * m.damping_ratio:.3f} ± {100 * m.damping_ratio_std:.3f}</td>'
+             f'<td>{m.label} {html.escape(m.note)}</td></tr>' for m in window.modes]
+    return ''.join(rows) + '</table>'
+
+
+def _stabilisation(window, spectrum):
+    import plotly.graph_objects as go
+    figure = go.Figure()
+    if spectrum:
+        figure.add_scatter(x=spectrum[0], y=spectrum[1], yaxis='y2', mode='lines',
+                           line={'color': '#999999', 'width': 1}, name='spectrum [dB]',
+                           hoverinfo='skip')
+    groups = {}
+    for p in shown(window):
+        groups.setdefault(kind_of(p), []).append(p)
+    for (legend, marker, colour), poles in groups.items():
+        _poles(figure, poles, f'left out: {legend}', SYMBOLS[marker], colour)
+    _poles(figure, accepted(window), 'pole of a mode', 'circle', INK)
+    for mode in window.modes:
+        figure.add_vline(mode.frequency_hz, line_width=0.7, line_color=INK,
+                         line_dash='solid' if mode.label == 'structural' else 'dash')
+    figure.update_layout(
+        title='Poles of all orders in the last window: point at one for its reason',
+        xaxis={'title': 'frequency [Hz]', 'type': 'log'}, yaxis={'title': 'model order'},
+        yaxis2={'overlaying': 'y', 'side': 'right', 'title': 'spectrum [dB]', 'showgrid': False},
+        legend={'orientation': 'h', 'y': -0.2}, height=600)
+    return figure
+
+
+def _poles(figure, poles, name, symbol, colour):
+    figure.add_scatter(
+        x=[p.frequency_hz for p in poles], y=[p.order for p in poles], mode='markers', name=name,
+        marker={'symbol': symbol, 'color': colour, 'size': 7},
+        text=[f'{p.frequency_hz:.4f} Hz, damping {100 * p.damping_ratio:.2f} %, order {p.order}'
+              + (f'<br>{html.escape(p.reason)}' if p.reason else '') for p in poles],
+        hoverinfo='text')
+
+
+def _tracks(windows, what):
+    import plotly.graph_objects as go
+    figure = go.Figure()
+    for identity, history in histories(windows).items():
+        modes = [m for _, m in history]
+        values, spreads = ((
+            [m.frequency_hz for m in modes], [m.frequency_std_hz for m in modes])
+            if what == 'frequency' else (
+            [100.0 * m.damping_ratio for m in modes], [100.0 * m.damping_ratio_std
+                                                       for m in modes]))
+        figure.add_scatter(x=[t for t, _ in history], y=values, mode='lines+markers',
+                           name=f'{identity}: {modes[-1].frequency_hz:.3f} Hz',
+                           error_y={'array': np.nan_to_num(spreads), 'thickness': 0.8})
+    figure.update_layout(
+        title=f'{what.capitalize()} over the windows, one standard deviation; a click in the '
+        'legend hides an identity, a double click shows it alone',
+        xaxis_title='time since the end of the first window [s]',
+        yaxis={'title': f'{what} [{"Hz" if what == "frequency" else "%"}]',
+               'type': 'log' if what == 'frequency' else 'linear'}, height=550)
+    return figure
+
+
+def _shapes(window, names):
+    import plotly.graph_objects as go
+    table = np.array([upright(m.shape).real for m in window.modes])
+    labels = [f'{m.frequency_hz:.4f} Hz (collinear {collinearity(m.shape[None])[0]:.3f})'
+              for m in window.modes]
+    figure = go.Figure(go.Heatmap(z=table, x=list(names), y=list(range(len(labels))), zmid=0.0,
+                                  colorscale='PuOr', text=np.round(table, 2),
+                                  texttemplate='%{text}'))
+    figure.update_layout(title='Real part of the shapes, largest component 1',
+                         height=220 + 26 * len(labels),
+                         yaxis={'tickvals': list(range(len(labels))), 'ticktext': labels})
+    return figure

@@ -1,0 +1,108 @@
+"""
+Pictures of an identification: PNG and SVG to print, one HTML page to look into.
+
+Colours are only ever a second sign: markers, numbers and positions tell the same without them.
+"""
+from pathlib import Path
+
+import numpy as np
+
+from ssi_ros.identify.plot_page import page
+from ssi_ros.identify.plot_shapes import complex_plane, shapes_at_channels
+from ssi_ros.identify.plot_stability import singular_values, stabilisation
+from ssi_ros.identify.plot_tracks import tracks
+
+FIGURES = {
+    'stabilisation': lambda windows, names, spectrum: stabilisation(windows[-1], spectrum),
+    'singular_values': lambda windows, names, spectrum: singular_values(windows[-1]),
+    'tracks_frequency': lambda windows, names, spectrum: tracks(windows, 'frequency'),
+    'tracks_damping': lambda windows, names, spectrum: tracks(windows, 'damping'),
+    'complex_plane': lambda windows, names, spectrum: complex_plane(windows[-1], names),
+    'shapes': lambda windows, names, spectrum: shapes_at_channels(windows[-1], names),
+}
+PLAIN = {'font.size': 9, 'axes.spines.top': False, 'axes.spines.right': False,
+         'svg.hashsalt': 'ssi_ros', 'axes.titlesize': 9}
+
+
+def write_plots(windows, folder, names, stamps_ns=(), values=(), rate_hz=0.0):
+    """
+    Write the pictures of an identification.
+
+    Parameters
+    ----------
+    windows : sequence of WindowModes
+        By rising time; the last one is shown in detail.
+    folder : path
+        Made where it does not exist.
+    names : sequence of str
+        Of the channels.
+    stamps_ns, values : sequence of ndarray, optional
+        Stamps [ns] and samples of each channel; with them the spectrum of the last window is
+        shown behind its poles.
+    rate_hz : float, optional
+        Sampling rate of these samples [Hz].
+
+    Returns
+    -------
+    list of Path
+        NAME.png and NAME.svg for every figure, and index.html.
+
+    Raises
+    ------
+    ValueError
+        Without windows.
+
+    """
+    if not windows:
+        raise ValueError('no windows were given, so there is nothing to plot; identify a record '
+                         'of at least one sample')
+    from matplotlib import rc_context
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    spectrum = spectrum_of(windows[-1], stamps_ns, values, rate_hz)
+    paths = []
+    with rc_context(PLAIN):
+        for name, draw in FIGURES.items():
+            figure = draw(windows, names, spectrum)
+            FigureCanvasAgg(figure)
+            for end in ('png', 'svg'):
+                paths.append(folder / f'{name}.{end}')
+                figure.savefig(paths[-1], dpi=130, bbox_inches='tight')
+    paths.append(folder / 'index.html')
+    paths[-1].write_text(page(windows, names, spectrum), encoding='utf-8')
+    return paths
+
+
+def spectrum_of(window, stamps_ns, values, rate_hz, segments=6):
+    """
+    Return the mean spectrum of all channels in a window, or None without samples.
+
+    Averaged over half-overlapping Hann segments (Welch); every channel is scaled to unit
+    variance first, a missing sample counts as 0.
+
+    Returns
+    -------
+    frequency_hz, level_db : ndarray
+        Level over 1/Hz [dB].
+
+    """
+    n = round((window.end_ns - window.start_ns) * 1e-9 * rate_hz)
+    size = 2 * n // (segments + 1)
+    if size < 16 or len(stamps_ns) == 0:
+        return None
+    total = np.zeros(size // 2 + 1)
+    taper = np.hanning(size)
+    for stamps, samples in zip(stamps_ns, values):
+        at = np.rint((np.asarray(stamps) - window.start_ns) * 1e-9 * rate_hz).astype(np.int64)
+        samples = np.asarray(samples, dtype=float)
+        inside = (at >= 0) & (at < n) & (np.abs(samples) < 1e100)
+        if not inside.any():
+            continue
+        row, samples = np.zeros(n), samples[inside]
+        row[at[inside]] = (samples - samples.mean()) / (samples.std() or 1.0)
+        for first in range(0, n - size + 1, max(1, size // 2)):
+            total += np.abs(np.fft.rfft(taper * row[first:first + size])) ** 2
+    frequency = np.fft.rfftfreq(size, 1.0 / rate_hz)
+    level = total / (rate_hz * (taper ** 2).sum())
+    return frequency[1:], 10.0 * np.log10(np.maximum(level[1:], 1e-30))

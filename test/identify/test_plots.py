@@ -1,0 +1,57 @@
+"""The plots show what was identified, and write without modes too."""
+import numpy as np
+import pytest
+from simple_structure import accelerations, PAIR_HZ, PAIR_SHAPES
+from ssi_ros.identify import Identification, identify
+from ssi_ros.identify.plot_stability import accepted
+from ssi_ros.identify.plots import FIGURES, spectrum_of, write_plots
+from ssi_ros.records import Samples, WindowModes
+
+NAMES = tuple('abcd')
+
+
+@pytest.fixture(scope='module')
+def windows():
+    """Return three windows of a minute with their samples."""
+    values = accelerations(PAIR_HZ, PAIR_SHAPES, 80.0, np.random.default_rng(3))
+    samples = Samples(values, 100.0, NAMES)
+    return samples, identify(samples, Identification(window_s=60.0, hop_s=10.0))
+
+
+def test_every_mode_has_its_poles(windows):
+    """A mode is drawn with at least three accepted poles within 1 % of it."""
+    last = windows[1][-1]
+    poles = np.array([p.frequency_hz for p in accepted(last)])
+    assert last.modes
+    for mode in last.modes:
+        assert (abs(poles / mode.frequency_hz - 1.0) < 0.01).sum() >= 3
+
+
+def test_files_and_their_content(windows, tmp_path):
+    """Every figure twice, and a page that needs no network and names every mode."""
+    samples, found = windows
+    paths = write_plots(found, tmp_path, NAMES, [samples.stamps_ns()] * 4,
+                        list(samples.values.T), 100.0)
+    assert {p.name for p in paths} == {'index.html', *(f'{n}.{end}' for n in FIGURES
+                                                       for end in ('png', 'svg'))}
+    assert all(p.stat().st_size > 5000 for p in paths)
+    text = (tmp_path / 'index.html').read_text()
+    assert '<script src=' not in text and '<link' not in text
+    for mode in found[-1].modes:
+        assert f'{mode.frequency_hz:.4f} ±' in text
+
+
+def test_spectrum_peaks_at_the_modes(windows):
+    """The highest line of the spectrum lies within two of its bins of a mode."""
+    samples, found = windows
+    frequency, level = spectrum_of(found[-1], [samples.stamps_ns()] * 4,
+                                   list(samples.values.T), 100.0)
+    assert abs(PAIR_HZ - frequency[level.argmax()]).min() < 2.0 * frequency[0]
+
+
+def test_windows_without_modes_are_drawn(tmp_path):
+    """The reason stands where the modes would; no window at all is refused."""
+    paths = write_plots([WindowModes(0, 10 ** 9, (), 'nothing moves')], tmp_path, NAMES)
+    assert 'nothing moves' in paths[-1].read_text()
+    with pytest.raises(ValueError, match='no windows'):
+        write_plots([], tmp_path, NAMES)
