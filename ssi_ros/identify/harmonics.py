@@ -14,7 +14,7 @@ SHARP = 30.0            # peak over surroundings of an unresolved line
 RESOLVED = 0.5          # half-power half-width in bins, above which a width is seen
 WIDE = 1.5              # width in bins above which the shape of a peak is known
 LINE_DAMPING = 1e-3     # below the damping of a space structure, which is 0.2 % and more
-TYPICAL_DAMPING = 5e-3  # if even this would not be resolved, nothing is said
+TYPICAL_DAMPING = 5e-3  # if not even the peak of this would be known, nothing is said
 
 
 def sharpness(rows, rate_hz, frequencies_hz):
@@ -86,7 +86,7 @@ def label(candidate, sharp, held_s):
     low = (candidate.damping_ratio - 2.0 * candidate.damping_ratio_std) * bins
     width = max(candidate.damping_ratio, 0.0) * bins
     if candidate.damping_ratio < LINE_DAMPING and sharp > SHARP:
-        if width < RESOLVED < TYPICAL_DAMPING * bins:
+        if width < RESOLVED and TYPICAL_DAMPING * bins > WIDE:
             return 'input_line', f'no damping, and {sharp:.0f} times above its surroundings'
     if width > WIDE and sharp > SURPRISE * expected_sharpness(width):
         return 'input_line', (f'{sharp:.0f} times above its surroundings, sharper than its '

@@ -136,9 +136,12 @@ class Monitor:
         usable = np.abs(rows) < WILD           # a NaN is not
         self.wild += int(np.count_nonzero(~usable & ~np.isnan(rows)))
         rows = np.where(usable, rows, np.nan)
-        if self.offset is None:            # a large constant would cost digits
-            count = np.maximum(np.count_nonzero(~np.isnan(rows), axis=0), 1)
-            self.offset = np.nansum(rows, axis=0) / count
+        if self.offset is None:
+            # a large constant would cost digits; a median, or one wild sample of the first hop
+            # would stay in every later row
+            self.offset = np.zeros(rows.shape[1])
+            there = ~np.isnan(rows).all(axis=0)
+            self.offset[there] = np.nanmedian(rows[:, there], axis=0)
         rows = rows - self.offset
         for thinner, ring, kept in zip(self.thinners, self.rings, self.kept):
             if thinner is not None:

@@ -112,6 +112,28 @@ def test_one_bad_channel_is_named_and_the_rest_identified(pairs, spoil, word):
     assert any(abs(m.frequency_hz - 6.345) < 0.05 for m in window.modes)
 
 
+@pytest.mark.parametrize('size', [1e3, 1e12, 1e40, 1e99, 1e150, 1e300])
+def test_a_wild_sample_leaves_with_its_window(pairs, size):
+    """In the first hop it must not stay in the offset: once it has left, all is as without."""
+    values = pairs[:13000].copy()
+    values[321, 2] = -size
+    last = identify(record(values), MINUTE)[-1]
+    clean = identify(record(pairs[:13000]), MINUTE)[-1]
+    # the median of the hop moves by a rank, which the windows' own mean removes: rounding
+    np.testing.assert_allclose([m.frequency_hz for m in last.modes],
+                               [m.frequency_hz for m in clean.modes], rtol=1e-6)
+
+
+@pytest.mark.parametrize('size', [1e3, 1e12, 1e40, 1e99])
+def test_a_wild_sample_invents_no_mode(pairs, size):
+    """While it is in the window a mode may be lost, but none appears elsewhere."""
+    values = pairs[:6000].copy()
+    values[1321, 2] = size
+    for mode in identify(record(values), MINUTE)[-1].modes:
+        # 1 % is ten spreads of a minute
+        assert abs(PAIR_HZ / mode.frequency_hz - 1.0).min() < 0.01, mode
+
+
 @pytest.mark.parametrize('scale', [1e-9, 1e6])
 def test_units_do_not_matter(pairs, scale):
     """The same record in other units has the same modes: equal to rounding."""
