@@ -29,7 +29,7 @@ class Band:
     low_hz, high_hz : float
         Range of frequencies for which the band answers [Hz]; neighbours overlap.
     factor : int
-        Rate of the band above over the rate of this one; 1 for the stream itself.
+        Rate of the band above, or of the stream, over the rate of this one.
 
     """
 
@@ -39,7 +39,7 @@ class Band:
     factor: int
 
 
-def plan_bands(rate_hz, window_s, cycles_min, count=0):
+def plan_bands(rate_hz, window_s, cycles_min, count=0, decimation=1):
     """
     Choose the bands for a stream.
 
@@ -53,6 +53,8 @@ def plan_bands(rate_hz, window_s, cycles_min, count=0):
         Cycles that the window must hold of a mode.
     count : int
         Number of bands; 0 goes down until the window holds too few samples or cycles.
+    decimation : int
+        Factor by which the stream itself is thinned first.
 
     Returns
     -------
@@ -61,7 +63,9 @@ def plan_bands(rate_hz, window_s, cycles_min, count=0):
 
     """
     floor_hz = cycles_min / window_s
-    bands = [Band(rate_hz, max(LOW * rate_hz, floor_hz), 0.49 * rate_hz, 1)]
+    rate_hz = rate_hz / decimation
+    high = 0.49 if decimation == 1 else HIGH        # above it the filter falls
+    bands = [Band(rate_hz, max(LOW * rate_hz, floor_hz), high * rate_hz, decimation)]
     while count == 0 or len(bands) < count:
         rate = bands[-1].rate_hz / FACTOR
         if count == 0 and (rate * window_s < SAMPLES_MIN or bands[-1].low_hz <= floor_hz):

@@ -61,20 +61,21 @@ class Monitor:
                              'identified together')
         if not (np.isfinite(self.rate_hz) and self.rate_hz > 0.0):
             raise ValueError(f'rate_hz={rate_hz} must be a positive number [Hz]')
-        if settings.hop_s * self.rate_hz < 1.0:
+        rate = self.rate_hz / settings.decimation
+        if settings.hop_s * rate < 1.0:
             raise ValueError(f'hop_s={settings.hop_s:g} holds less than one sample at '
-                             f'{self.rate_hz:g} Hz; at least {1.0 / self.rate_hz:g} is needed')
+                             f'{rate:g} Hz; at least {1.0 / rate:g} is needed')
         self.rows = block_rows_for(len(self.channels), settings)
         needed = 4 * self.rows
-        if settings.window_s * self.rate_hz < needed:
+        if settings.window_s * rate < needed:
             raise ValueError(
-                f'window_s={settings.window_s:g} holds {settings.window_s * self.rate_hz:.0f} '
-                f'samples at {self.rate_hz:g} Hz; block_rows={self.rows} needs {needed} or more: '
+                f'window_s={settings.window_s:g} holds {settings.window_s * rate:.0f} '
+                f'samples at {rate:g} Hz; block_rows={self.rows} needs {needed} or more: '
                 'lengthen window_s or lower block_rows')
         self.bands = plan_bands(self.rate_hz, settings.window_s, settings.cycles_min,
-                                settings.bands)
+                                settings.bands, settings.decimation)
         width = len(self.channels)
-        self.thinners = [None] + [Thinner(b.factor, width) for b in self.bands[1:]]
+        self.thinners = [Thinner(b.factor, width) if b.factor > 1 else None for b in self.bands]
         self.rings = [Ring(settings.hops, 2 * self.rows - 1, width) for _ in self.bands]
         self.kept = [deque(maxlen=settings.hops) for _ in self.bands]
         self.waiting = np.empty((0, width))
@@ -193,7 +194,8 @@ class Monitor:
     def _live_channels(self, covariances):
         """Return which channels can be identified, and what is wrong with the others."""
         ring, offset = self.rings[0], self.offset
-        share = ring.present.sum(axis=0) / max(1, self._edge(ring.filled))
+        rows = self._edge(ring.filled) / self.settings.decimation
+        share = np.minimum(ring.present.sum(axis=0) / max(1.0, rows), 1.0)
         sparse = share < PRESENT_MIN
         flat = ~sparse & (covariances.scale <= 1e-9 * np.abs(offset))
         live = ~(sparse | flat)

@@ -38,6 +38,9 @@ class Identification:
     bands: int = quantity(
         0, low=0, high=8, live=False,
         doc='how many bands, each a fifth of the rate of the one before; 0 chooses')
+    decimation: int = quantity(
+        1, low=1, high=100, live=False,
+        doc='whole factor by which the rate is lowered first, behind a filter; 1 is none')
     damping_max: float = quantity(
         0.10, low=1e-4, high=0.9,
         doc='highest damping ratio of a mode')
