@@ -251,7 +251,7 @@ def one_of_each(candidates):
     for c in sorted(candidates, key=lambda c: c.frequency_std_hz / c.frequency_hz):
         same = [k for k in kept if k.band != c.band
                 and abs(k.frequency_hz - c.frequency_hz) < max(
-                    5.0 * np.hypot(k.frequency_std_hz, c.frequency_std_hz),
+                    5.0 * np.nan_to_num(np.hypot(k.frequency_std_hz, c.frequency_std_hz)),
                     0.002 * c.frequency_hz)
                 and mac(k.shape[None], c.shape[None])[0, 0] > 0.7]
         if same:

@@ -89,6 +89,8 @@ def pole_spreads(covariances, weights, mu, rate_hz, window_s):
     """
     lam = np.log(mu) * rate_hz
     p = len(mu)
+    if len(covariances.blocks) < 4:
+        return np.full(p, np.nan), np.full(p, np.nan)
     lags = weights.shape[1]
     size = weights.shape[2] ** 2
     blocks = covariances.blocks[:, size:size * (lags + 1)]
@@ -100,8 +102,6 @@ def pole_spreads(covariances, weights, mu, rate_hz, window_s):
     dx = (-changes.real - damping[:, None] * 2.0 * np.pi * df) / radius[:, None]
     memory = long_run(radius * np.abs(damping), covariances.block_s, window_s)
     factor = len(blocks) * memory
-    if len(blocks) < 4:
-        return np.full(p, np.nan), np.full(p, np.nan)
     return (np.sqrt(factor * df.var(axis=1, ddof=1)), np.sqrt(factor * dx.var(axis=1, ddof=1)))
 
 

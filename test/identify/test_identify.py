@@ -190,3 +190,11 @@ def test_explain_names_mode_and_reasons(pairs):
     assert 'mode' in explain(window, 6.345)
     with pytest.raises(ValueError, match='positive'):
         explain(window, -1.0)
+
+
+def test_one_hop_has_no_spreads_and_no_doubles(pairs):
+    """Without spreads the bands still agree on one candidate a mode."""
+    settings = Identification(window_s=240.0, hop_s=240.0)
+    found = [m.frequency_hz for m in identify(record(pairs), settings)[-1].modes]
+    # four modes were put in; a mode seen by two bands would come twice
+    assert len(found) == 4
