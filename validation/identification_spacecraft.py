@@ -28,6 +28,7 @@ def main():
     """Run the seeds and print the tables."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--seeds', type=int, default=50)
+    parser.add_argument('--first', type=int, default=0, help='first seed')
     parser.add_argument('--window', type=float, default=600.0)
     args = parser.parse_args()
     system = assemble(load_spacecraft())
@@ -39,7 +40,7 @@ def main():
     table = np.full((args.seeds, len(true_hz), 4), np.nan)
     found, false, lines = [], [], 0
     for seed in range(args.seeds):
-        window = identify(simulate(system, args.window, seed), settings)[-1]
+        window = identify(simulate(system, args.window, args.first + seed), settings)[-1]
         pairs = pair(true_hz, window.modes)
         found.append(len(pairs))
         false.append(len(window.modes) - len(pairs))
