@@ -4,7 +4,8 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
-CHECKED = [str(ROOT / name) for name in ('ssi_ros', 'test', 'launch', 'setup.py')]
+NAMES = ('ssi_ros', 'blindgen', 'test', 'validation', 'launch', 'setup.py')
+CHECKED = [str(ROOT / name) for name in NAMES]
 
 
 def test_flake8():

@@ -18,11 +18,12 @@ def machine():
     return f'Python {platform.python_version()}, {os.cpu_count()} cores {cpu}'
 
 
-def write(topic, title, lines, seed=None):
+def write(topic, title, lines, seed=None, command=None):
     """Write docs/validation/<topic>.md with commit, command, seed and machine, and print it."""
     commit = subprocess.run(['git', 'rev-parse', '--short', 'HEAD'], cwd=ROOT, text=True,
                             capture_output=True).stdout.strip()
-    head = [f'# {title}', '', f'{date.today()}, commit {commit}, `python -m validation.{topic}`'
+    words = f'python -m validation.{command or topic}'
+    head = [f'# {title}', '', f'{date.today()}, commit {commit}, `{words}`'
             + ('' if seed is None else f', seed {seed}')
             + f', {machine()}.', '']
     text = '\n'.join([*head, *lines, ''])
