@@ -202,29 +202,3 @@ def poles_of(factors, order, rate_hz):
     top = np.take_along_axis(shapes, np.abs(shapes).argmax(axis=1)[:, None], axis=1)
     return Poles(n, mu, np.abs(lam) / (2.0 * np.pi), -lam.real / np.abs(lam), shapes / top,
                  vectors, pairs)
-
-
-def power_of(factors, poles, which):
-    """
-    Return the share of the variance that poles explain, eq. (52).
-
-    Parameters
-    ----------
-    factors : Factors
-        Of the window.
-    poles : Poles
-        Of one order.
-    which : ndarray of int, shape (p,)
-        Poles wanted.
-
-    Returns
-    -------
-    ndarray, shape (p,)
-        Of the mean variance of the scaled channels.
-
-    """
-    n = poles.order
-    picks = poles.columns[which]
-    gains = poles.left()[which] @ factors.last_input[:n]
-    shapes = (factors.observability[:factors.channels, :n] @ poles.vectors[:, picks]).T
-    return 2.0 * np.abs((shapes * gains / poles.mu[which, None]).real.mean(axis=1))
