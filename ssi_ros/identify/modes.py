@@ -43,7 +43,7 @@ class Candidate:
     band: int
 
 
-def band_modes(covariances, band, number, rows, settings, held_s):
+def band_modes(covariances, band, number, rows, settings):
     """
     Identify the modes of one band in one window.
 
@@ -59,8 +59,6 @@ def band_modes(covariances, band, number, rows, settings, held_s):
         Block rows i.
     settings : Identification
         Settings.
-    held_s : float
-        What the window holds [s].
 
     Returns
     -------
@@ -90,7 +88,7 @@ def band_modes(covariances, band, number, rows, settings, held_s):
         if reason:
             rejected.extend(_poles(c, reason))
             continue
-        candidate = _candidate(c, covariances, factors, rows, band, number, held_s, spreads)
+        candidate = _candidate(c, covariances, factors, rows, band, number, spreads)
         if candidate.frequency_std_hz > SPREAD_MAX * candidate.frequency_hz:
             rejected.extend(_poles(c, f'its frequency is spread over more than '
                                       f'{100 * SPREAD_MAX:g} %'))
@@ -106,7 +104,7 @@ def _poles(c, reason=''):
             for p, k in c.members]
 
 
-def _candidate(c, covariances, factors, rows, band, number, held_s, spreads):
+def _candidate(c, covariances, factors, rows, band, number, spreads):
     """Average the middle members of a chain, weighted by their spreads."""
     middle = len(c.members) // 2
     members = c.members[max(0, middle - MEMBERS // 2):middle + MEMBERS // 2 + 1]
@@ -118,7 +116,7 @@ def _candidate(c, covariances, factors, rows, band, number, held_s, spreads):
             weights = lag_weights(*functionals(factors, poles, which, rows))
             spreads[poles.order] = np.full((2, len(poles.mu)), np.nan)
             spreads[poles.order][:, which] = pole_spreads(
-                covariances, weights, poles.mu[which], band.rate_hz, held_s)
+                covariances, weights, poles.mu[which], band.rate_hz)
         sf, sx = spreads[poles.order]
         rows_of.append((poles.frequency_hz[k], poles.damping_ratio[k], sf[k], sx[k]))
     table = np.array(rows_of)

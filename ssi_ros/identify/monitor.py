@@ -173,7 +173,7 @@ class Monitor:
                 covariances = ring.covariances(self.settings.hop_s) if number else first
                 covariances = covariances.of(live)
                 found, left, trace = band_modes(covariances, band, number, self.rows,
-                                                self.settings, held_s)
+                                                self.settings)
             except np.linalg.LinAlgError as error:
                 reason = '; '.join(filter(None, (reason, f'band of {band.rate_hz:g} Hz: {error}')))
                 continue

@@ -6,10 +6,13 @@ functional of them, of rank one in the Toeplitz matrix, eq. (53), so that it fol
 per lag, eq. (54). The data blocks then give the variance of a scalar, eq. (55) and (56). No
 Kronecker product and no covariance of covariances is formed. After Doehler and Mevel,
 Mechanical Systems and Signal Processing 38 (2013) 346-366; the folding is ours.
+
+The blocks count as independent although the energy of a lightly damped mode remembers longer than
+a block: a change of energy alone moves no pole, so the functional does not see that memory.
 """
 import numpy as np
 
-MEMORY_MIN = 2.0        # least decay within a window that is believed
+BLOCKS_MIN = 4          # fewer data blocks say nothing about the scatter
 
 
 def functionals(factors, poles, which, rows):
@@ -66,7 +69,7 @@ def lag_weights(a, b):
     return np.fft.ifft(ahead[:, :, :, None] * back[:, :, None, :], axis=1)[:, :2 * rows - 1]
 
 
-def pole_spreads(covariances, weights, mu, rate_hz, window_s):
+def pole_spreads(covariances, weights, mu, rate_hz):
     """
     Return the spreads of frequency and damping of poles.
 
@@ -78,8 +81,8 @@ def pole_spreads(covariances, weights, mu, rate_hz, window_s):
         From `lag_weights`.
     mu : ndarray, shape (p,)
         Discrete eigenvalues.
-    rate_hz, window_s : float
-        Rate of the band [Hz] and length of what the blocks hold [s].
+    rate_hz : float
+        Rate of the band [Hz].
 
     Returns
     -------
@@ -89,7 +92,7 @@ def pole_spreads(covariances, weights, mu, rate_hz, window_s):
     """
     lam = np.log(mu) * rate_hz
     p = len(mu)
-    if len(covariances.blocks) < 4:
+    if len(covariances.blocks) < BLOCKS_MIN:
         return np.full(p, np.nan), np.full(p, np.nan)
     lags = weights.shape[1]
     size = weights.shape[2] ** 2
@@ -100,39 +103,5 @@ def pole_spreads(covariances, weights, mu, rate_hz, window_s):
     df = (changes * lam.conj()[:, None]).real / radius[:, None] / (2.0 * np.pi)
     damping = -lam.real / radius
     dx = (-changes.real - damping[:, None] * 2.0 * np.pi * df) / radius[:, None]
-    memory = long_run(radius * np.abs(damping), covariances.block_s, window_s)
-    factor = len(blocks) * memory
-    return (np.sqrt(factor * df.var(axis=1, ddof=1)), np.sqrt(factor * dx.var(axis=1, ddof=1)))
-
-
-def long_run(decay, block_s, window_s):
-    """
-    Return what the sample variance of the blocks must be multiplied by, eq. (56).
-
-    The blocks of a lightly damped mode are correlated: its energy remembers 1 / (2 decay). For
-    that exponential memory the variance of the mean of the window over the expected sample
-    variance of its blocks is known in closed form.
-
-    Parameters
-    ----------
-    decay : ndarray
-        Decay rates [1/s].
-    block_s, window_s : float
-        Length of a block and of the window [s].
-
-    Returns
-    -------
-    ndarray
-        1 for blocks without memory, above 1 otherwise.
-
-    """
-    # a memory of more than a share of the window cannot be told from a trend
-    memory = 0.5 / np.maximum(decay, MEMORY_MIN / window_s)
-
-    def variance(length):            # of the mean over `length` of exponentially coloured noise
-        x = length / memory
-        return 2.0 / x * (1.0 - (1.0 - np.exp(-x)) / x)
-
-    number = window_s / block_s
-    whole, part = variance(window_s), variance(block_s)
-    return (number - 1.0) * whole / (part - whole)
+    number = len(blocks)
+    return (np.sqrt(number * df.var(axis=1, ddof=1)), np.sqrt(number * dx.var(axis=1, ddof=1)))
