@@ -93,6 +93,12 @@ class Effect:
         return setup
 
     @classmethod
+    def one_sided(cls):
+        """Return whether the size cannot have the other sign, as a mass cannot."""
+        size = next(f for f in cls.numbers() if f.name == cls.size)
+        return size.default in (size.metadata['low'], size.metadata['high'])
+
+    @classmethod
     def numbers(cls):
         """Return the fields of the quantities that are numbers, which a fit can move."""
         return tuple(f for f in quantities(cls) if not isinstance(f.default, str))

@@ -7,7 +7,8 @@ from ssi_ros.effects import inject
 from ssi_ros.effects.base import is_log
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.expected import expected
-from ssi_ros.gap.likelihood import gradient, log_likelihood
+from ssi_ros.gap.likelihood import whiten
+from ssi_ros.gap.tolerance import no_tolerance
 
 STEPS = 12
 ENOUGH = 0.02           # gain of the log likelihood below which a fit stops
@@ -27,11 +28,15 @@ class Fit:
     levels : ndarray
         Fitted levels over nominal, power: each random part of the excitation, sensor noise.
     likelihood : float
-        At the fit, of the evidence that was fitted.
+        At the fit, of the evidence that was fitted, tolerances and their prior included.
     model : ndarray, shape (a, k, l, l)
-        Expected periodograms.
+        Expected periodograms, the tolerances at their most probable values.
+    plain : ndarray, shape (a, k, l, l)
+        The same with all tolerances at zero.
+    shares : tuple of ndarray
+        Its derivatives by the logarithms of the levels.
     covariance : ndarray, shape (p, p)
-        Of the candidate's coordinates, the levels profiled out.
+        Of the candidate's coordinates, levels and tolerances profiled out.
 
     """
 
@@ -39,6 +44,8 @@ class Fit:
     levels: np.ndarray
     likelihood: float
     model: np.ndarray
+    plain: np.ndarray
+    shares: tuple
     covariance: np.ndarray
 
 
@@ -56,14 +63,18 @@ class Simulator:
     def expected(self, candidate):
         """Return its expected periodograms; None where it cannot exist, as off the array."""
         try:
-            found = expected(self.setup(candidate), self.frame)
+            found = self.spectrum(self.setup(candidate))
         except (ValueError, np.linalg.LinAlgError, OverflowError):
             return None
         parts = (*found.shares, found.fixed)
         return found if all(np.all(np.isfinite(p)) for p in parts) else None
 
+    def spectrum(self, setup):
+        """Return the expected periodograms of a setup."""
+        return expected(setup, self.frame)
 
-def fit(simulator, evidence, candidate=Candidate(), levels=None, steps=STEPS):
+
+def fit(simulator, evidence, candidate=Candidate(), levels=None, steps=STEPS, tolerance=None):
     """
     Maximise the likelihood over a candidate's numbers and the levels.
 
@@ -79,6 +90,8 @@ def fit(simulator, evidence, candidate=Candidate(), levels=None, steps=STEPS):
         Levels to begin with.
     steps : int
         Most steps.
+    tolerance : Tolerance, optional
+        What is fitted beside, eq. (117).
 
     Returns
     -------
@@ -89,17 +102,22 @@ def fit(simulator, evidence, candidate=Candidate(), levels=None, steps=STEPS):
     now = simulator.expected(candidate)
     if now is None:
         return None
+    if tolerance is None:
+        tolerance = no_tolerance(simulator.frame, now.fixed.shape[-1])
     x = np.array(candidate.point())
     logs = np.zeros(len(now.names)) if levels is None else np.log(levels)
-    model = now.at(np.exp(logs))
-    best = log_likelihood(model, evidence)
-    damping, information = 1e-3, None
+    here = _Place(now, logs, evidence, tolerance)
+    if not np.isfinite(here.value):
+        return None
+    damping = 1e-3
     scales = _scales(candidate)
-    for _ in range(steps):
-        slopes = [np.exp(g) * s for g, s in zip(logs, now.shares)]
-        slopes += _differences(simulator, candidate, x, scales, now, logs)
-        score, information = gradient(model, slopes, evidence)
-        if score @ np.linalg.pinv(information, hermitian=True) @ score / 2 < ENOUGH:
+    caps = np.concatenate([np.full(len(logs), LONGEST), LONGEST * scales])
+    for step_number in range(steps + 1):
+        slopes = [np.exp(g) * s for g, s in zip(here.logs, here.now.shares)]
+        slopes += _differences(simulator, candidate, x, scales, here.now, here.logs)
+        score, information = here.gradient(slopes, evidence)
+        likely = score @ np.linalg.pinv(information, hermitian=True) @ score / 2
+        if likely < ENOUGH or step_number == steps:
             break
         diagonal = np.diag(np.diag(information) + 1e-12)
         gain = 0.0
@@ -107,24 +125,52 @@ def fit(simulator, evidence, candidate=Candidate(), levels=None, steps=STEPS):
             step = np.linalg.solve(information + damping * diagonal, score)
             if not np.all(np.isfinite(step)):
                 return None
-            cap = np.concatenate([np.full(len(logs), LONGEST), LONGEST * scales])
-            step = step * min(1.0, np.min(cap / np.maximum(np.abs(step), 1e-300)))
+            step = step * min(1.0, np.min(caps / np.maximum(np.abs(step), 1e-300)))
             trial = candidate.moved(x + step[len(logs):])
             then = simulator.expected(trial)
             if then is not None:
-                there = then.at(np.exp(logs + step[:len(logs)]))
-                value = log_likelihood(there, evidence)
-                if value > best:
-                    gain, best = value - best, value
-                    candidate, now, model = trial, then, there
-                    x, logs = np.array(candidate.point()), logs + step[:len(logs)]
+                there = _Place(then, here.logs + step[:len(logs)], evidence, tolerance)
+                if there.value > here.value:
+                    gain, here, candidate = there.value - here.value, there, trial
+                    x = np.array(candidate.point())
                     damping = max(damping / 10, 1e-6)
                     break
             damping = min(10 * damping + 1e-3, 1e6)
         if gain < ENOUGH:
             break
     inverse = np.linalg.pinv(information, hermitian=True)
-    return Fit(candidate, np.exp(logs), best, model, inverse[len(logs):, len(logs):])
+    shares = tuple(np.exp(g) * s for g, s in zip(here.logs, here.now.shares))
+    return Fit(candidate, np.exp(here.logs), here.value,
+               tolerance.corrected(here.model, here.seen), here.model, shares,
+               inverse[len(logs):, len(logs):])
+
+
+class _Place:
+    """Where a fit stands: model, record as it sees it, likelihood with tolerances."""
+
+    def __init__(self, now, logs, evidence, tolerance):
+        self.now, self.logs, self.tolerance = now, logs, tolerance
+        self.model = now.at(np.exp(logs))
+        self.seen = whiten(self.model, evidence)
+        self.value = self.seen.likelihood
+        if np.isfinite(self.value):
+            gain, self.slopes, self.inverse = tolerance.profile(self.seen)
+            self.value += gain
+
+    def gradient(self, slopes, evidence):
+        """Return score and information of slopes of S, the tolerances profiled out."""
+        if max(map(len, slopes)) > len(self.model):
+            # one number makes the pieces differ: all must be seen one by one
+            self.model = np.repeat(self.model, evidence.frame.pieces, axis=0)
+            self.seen = whiten(self.model, evidence)
+        seen, tolerance = self.seen, self.tolerance
+        flat = seen.directions(slopes)
+        total = flat.reshape(len(flat), -1)
+        score = seen.weight * (total @ seen.excess.ravel())
+        information = seen.weight * (total @ total.T)
+        mixed = seen.weight * (flat.sum(axis=1) @ tolerance.vectors.T)
+        return (score - mixed @ self.inverse @ self.slopes,
+                information - mixed @ self.inverse @ mixed.T)
 
 
 def _scales(candidate):

@@ -1,4 +1,4 @@
-"""The debiased Whittle likelihood, its gradient and its Fisher information, eq. (97) to (99)."""
+"""The debiased Whittle likelihood, its score and its Fisher information, eq. (97) to (99)."""
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -40,9 +40,56 @@ class Evidence:
         return self.each, 1, model[list(self.pieces)]
 
 
-def log_likelihood(model, evidence):
+@dataclass(frozen=True, eq=False)
+class Whitened:
     """
-    Return the log likelihood of expected periodograms, over the crowding of bins, eq. (97).
+    A record as a model sees it: white where the model is right.
+
+    Attributes
+    ----------
+    lower : ndarray, shape (a, k, l, l)
+        Inverse of the Cholesky factor of S.
+    excess : ndarray, shape (a, k l l)
+        Whitened periodograms less the identity, as real vectors.
+    likelihood : float
+        Log likelihood, eq. (97); -inf where S is not positive definite.
+    weight : float
+        Periodograms that an entry of `excess` stands for, over the crowding of bins.
+    pieces : tuple of int
+        Of the evidence.
+
+    """
+
+    lower: np.ndarray
+    excess: np.ndarray
+    likelihood: float
+    weight: float
+    pieces: tuple
+
+    def directions(self, changes):
+        """
+        Return changes of S as whitened real vectors, shape (p, a, k l l).
+
+        Parameters
+        ----------
+        changes : sequence of ndarray, shape (a', k, l, l)
+            With a' = 1 or the number of all pieces.
+
+        """
+        many = len(self.lower)
+        out = np.empty((len(changes), *self.excess.shape))
+        for row, change in zip(out, changes):
+            if len(change) > 1:
+                # a model that is the same for all pieces sees the mean of the change
+                change = change[list(self.pieces)]
+                change = change if many > 1 else change.mean(axis=0, keepdims=True)
+            row[:] = real_vectors(white(self.lower, change))
+        return out
+
+
+def whiten(model, evidence):
+    """
+    Whiten a record by expected periodograms.
 
     Parameters
     ----------
@@ -53,17 +100,31 @@ def log_likelihood(model, evidence):
 
     Returns
     -------
-    float
-        -inf where S is not positive definite.
+    Whitened
 
     """
     seen, times, model = evidence.against(model)
-    sign, logdet = np.linalg.slogdet(model)
-    if not np.all(sign.real > 0):
-        return -np.inf
-    quadratic = np.einsum('akij,akji->', np.linalg.inv(model), seen).real
-    value = -times * (np.sum(logdet) + quadratic) / evidence.frame.crowding
-    return float(value) if np.isfinite(value) else -np.inf
+    weight = times / evidence.frame.crowding
+    try:
+        factor = np.linalg.cholesky(model)
+    except np.linalg.LinAlgError:
+        return Whitened(model, np.zeros((len(model), 0)), -np.inf, weight, evidence.pieces)
+    lower = np.linalg.inv(factor)
+    flat = white(lower, seen)
+    diagonal = np.einsum('akii->aki', factor).real
+    value = -weight * (2 * np.log(diagonal).sum() + np.einsum('akii->', flat).real)
+    flat = flat - np.eye(model.shape[-1])
+    return Whitened(lower, real_vectors(flat), float(value) if np.isfinite(value) else -np.inf,
+                    weight, evidence.pieces)
+
+
+def log_likelihood(model, evidence):
+    """
+    Return the log likelihood of expected periodograms, over the crowding of bins, eq. (97).
+
+    -inf where S is not positive definite.
+    """
+    return whiten(model, evidence).likelihood
 
 
 def gradient(model, slopes, evidence):
@@ -90,17 +151,17 @@ def gradient(model, slopes, evidence):
     many = max([len(model)] + [len(s) for s in slopes])
     if many > len(model):
         model = np.broadcast_to(model, (many, *model.shape[1:]))
-    seen, times, model = evidence.against(model)
-    inverse = np.linalg.inv(model)
-    excess = (inverse @ (seen - model) @ inverse).swapaxes(-1, -2)
-    rows, score = [], []
-    for slope in slopes:
-        if len(slope) > 1:
-            slope = slope[list(evidence.pieces)]
-        score.append(np.sum(excess * slope).real)
-        rows.append(np.broadcast_to(inverse @ slope, model.shape))
-    flat = [r.reshape(-1) for r in rows]
-    turned = [r.swapaxes(-1, -2).reshape(-1) for r in rows]
-    information = np.array([[np.dot(a, b).real for b in turned] for a in flat])
-    weight = times / evidence.frame.crowding
-    return weight * np.array(score), weight * information
+    seen = whiten(model, evidence)
+    flat = seen.directions(slopes).reshape(len(slopes), -1)
+    return seen.weight * (flat @ seen.excess.ravel()), seen.weight * (flat @ flat.T)
+
+
+def white(lower, change):
+    """Return L^-1 X L^-H of matrices X, with `lower` the inverse of L."""
+    return lower @ change @ lower.conj().swapaxes(-1, -2)
+
+
+def real_vectors(hermitian):
+    """Return Hermitian matrices as real vectors with the same inner product, (a, k l l)."""
+    # the sum of real and imaginary part keeps tr A B: the cross terms cancel by symmetry
+    return (hermitian.real + hermitian.imag).reshape(len(hermitian), -1)

@@ -1,8 +1,9 @@
 """
-Scores of all effects at once, and the search for lines, eq. (104) to (106).
+Scores of all effects at once, eq. (104) and (105) of docs/theory-gap.md.
 
-A template is the change of the expected spectrum by one effect at one starting value, the levels
-projected out. Templates depend on the model alone, so they are made once and kept.
+A template is the change of the expected spectrum by one effect at one place and starting value.
+Templates depend on the model alone, so they are made once and kept; a record whitens them by the
+levels that it has.
 """
 from dataclasses import dataclass
 
@@ -10,6 +11,7 @@ import numpy as np
 from scipy.stats import norm
 
 from ssi_ros.gap.candidate import Candidate
+from ssi_ros.gap.likelihood import real_vectors, white, whiten
 
 DRAWS = 4000
 
@@ -17,59 +19,74 @@ DRAWS = 4000
 @dataclass(frozen=True, eq=False)
 class Templates:
     """
-    Whitened directions of effects around a model.
+    Directions of effects around a nominal model.
 
     Attributes
     ----------
     effects : tuple of Effect
         One a template, at its starting value.
-    mean : ndarray, shape (t, k l l), real
-        Direction averaged over the pieces.
-    swing : dict of int to ndarray (pieces, k l l)
-        Its change from piece to piece, for those that change.
-    basis : ndarray, shape (c, k l l)
-        Orthonormal directions of the levels.
+    changes : ndarray, shape (t, k, l, l), complex64
+        Change of S at nominal levels, the mean over the pieces.
+    swings : dict of int to ndarray (pieces, k, l, l), complex64
+        What each piece differs from that mean, for effects that change in time.
 
     """
 
     effects: tuple
-    mean: np.ndarray
-    swing: dict
-    basis: np.ndarray
+    changes: np.ndarray
+    swings: dict
 
 
-def make_templates(simulator, model, shares, effects, progress=None):
-    """Compute the templates of effects around expected periodograms `model` (1, k, l, l)."""
-    lower = np.linalg.inv(np.linalg.cholesky(model))
-    levels = np.stack([_real(_white(lower, s)).mean(axis=0) for s in shares])
-    basis = np.linalg.qr(levels.T)[0].T.astype(np.float32)
+def make_templates(simulator, effects, progress=None):
+    """Compute the templates of effects around the simulator's nominal spectrum."""
     nominal = simulator.expected(Candidate())
     base = nominal.at(np.ones(len(nominal.names)))
-    kept, means, swings = [], [], {}
+    kept, changes, swings = [], [], {}
     for i, effect in enumerate(effects):
         if progress is not None:
             progress(i / len(effects))
         there = simulator.expected(Candidate((effect,)))
         if there is None:
             continue
-        change = _real(_white(lower, there.at(np.ones(len(there.names))) - base))
+        change = there.at(np.ones(len(there.names))) - base
         mean = change.mean(axis=0)
         if len(change) > 1:
-            swings[len(kept)] = (change - mean).astype(np.float32)
+            swings[len(kept)] = (change - mean).astype(np.complex64)
         kept.append(effect)
-        means.append(mean.astype(np.float32))
-    means = np.array(means)
-    return Templates(tuple(kept), means - (means @ basis.T) @ basis, swings, basis)
+        changes.append(mean.astype(np.complex64))
+    return Templates(tuple(kept), np.array(changes).reshape(-1, *base.shape[1:]), swings)
 
 
 @dataclass(frozen=True, eq=False)
 class Scores:
-    """Standardised score of every template, and the one-step estimate of its size."""
+    """
+    How much of every template a record shows, levels and tolerances projected out.
+
+    Attributes
+    ----------
+    effects : tuple of Effect
+        One a template.
+    z : ndarray, shape (t,)
+        Standardised scores: Gaussian of variance 1 where the model is right.
+    size : ndarray, shape (t,)
+        One-step estimate of the effect, in units of its starting value.
+    detection : ndarray, shape (t,)
+        Mean of z for an effect at its starting value, d'.
+    cosine : ndarray, shape (t, t)
+        Correlation of the scores, R of eq. (105).
+
+    """
 
     effects: tuple
     z: np.ndarray
     size: np.ndarray
+    detection: np.ndarray
     cosine: np.ndarray
+
+    def gains(self):
+        """Return the gain of the log likelihood that each promises; 0 for a wrong sign."""
+        possible = np.array([not e.one_sided() for e in self.effects]) | (self.z > 0)
+        return np.where(possible, self.z ** 2 / 2, 0.0)
 
     def p_value(self):
         """
@@ -90,78 +107,57 @@ class Scores:
         return float(-np.expm1(effective * np.log1p(-2 * norm.sf(found))))
 
 
-def score(templates, model, evidence):
+def score(templates, fitted, evidence, tolerance):
     """
     Score all templates.
 
     Parameters
     ----------
     templates : Templates
-        Of the model.
-    model : ndarray, shape (1, k, l, l)
-        Expected periodograms at the fitted levels.
+        Of the nominal.
+    fitted : Fit
+        A model and its levels, which the templates are scaled by.
     evidence : Evidence
         What was recorded.
+    tolerance : Tolerance
+        What is not known exactly.
 
     Returns
     -------
     Scores
 
     """
-    lower = np.linalg.inv(np.linalg.cholesky(model))
-    excess = _real(_white(lower, evidence.each - model)).astype(np.float32)
-    total = excess.sum(axis=0)
-    total = total - templates.basis.T @ (templates.basis @ total)
-    crowding, count = evidence.frame.crowding, len(evidence.pieces)
-    raw = templates.mean @ total
-    information = count * (templates.mean @ templates.mean.T).astype(float)
-    chosen = {i: s[list(evidence.pieces)] for i, s in templates.swing.items()}
-    for i, swing in chosen.items():
-        raw[i] += np.sum(swing * excess)
-        for j, other in chosen.items():
-            information[i, j] += np.sum(swing * other)
+    model = fitted.plain.mean(axis=0, keepdims=True)
+    lower = np.linalg.inv(np.linalg.cholesky(model))[0].astype(np.complex64)
+    seen = whiten(fitted.plain, evidence)
+    excess = seen.excess if len(seen.excess) > 1 else None
+    total = seen.excess.sum(axis=0).astype(np.float32)
+    level = np.float32(np.exp(np.mean(np.log(fitted.levels[:-1]))))
+    flat = level * real_vectors(white(lower, templates.changes))
+    beside = [real_vectors(white(lower, s.mean(axis=0))[None])[0] for s in fitted.shares]
+    basis = np.array(beside + list(tolerance.vectors), np.float32)
+    count = seen.weight * (len(seen.excess))
+    # Flat prior for the levels, unit variance for the tolerances.
+    prior = np.diag([0.0] * len(beside) + [1.0] * len(tolerance.vectors))
+    inner = np.linalg.inv(count * (basis @ basis.T).astype(float) + prior)
+    mixed = count * (flat @ basis.T).astype(float)
+    raw = seen.weight * (flat @ total).astype(float)
+    raw -= mixed @ inner @ (seen.weight * (basis @ total)).astype(float)
+    information = count * (flat @ flat.T).astype(float) - mixed @ inner @ mixed.T
+    if templates.swings:
+        excess = excess if excess is not None else _each(fitted, evidence)
+        weight = 1.0 / evidence.frame.crowding
+        swings = {i: level * real_vectors(white(lower, s[list(evidence.pieces)]))
+                  for i, s in templates.swings.items()}
+        for i, swing in swings.items():
+            raw[i] += weight * np.sum(swing * excess)
+            for j, other in swings.items():
+                information[i, j] += weight * np.sum(swing * other)
     spread = np.sqrt(np.maximum(np.diag(information), 1e-30))
-    return Scores(templates.effects, raw / spread / np.sqrt(crowding), raw / spread ** 2,
+    return Scores(templates.effects, raw / spread, raw / spread ** 2, spread,
                   information / np.outer(spread, spread))
 
 
-def line_search(simulator, model, evidence, inputs=('torque_x',)):
-    """
-    Search a line in every bin: the likelihood gain of a torque at that frequency, eq. (106).
-
-    Returns
-    -------
-    frequency_hz, torque_n_m : float
-        The best line.
-    p_value : float
-        Chance of so strong a line in any of the bins without there being one.
-
-    """
-    from ssi_ros.effects import inject
-    frame = evidence.frame
-    system = inject(simulator.spacecraft, (), simulator.duration_s).system
-    response = system.transfer(frame.frequencies_hz, system.rate_hz)
-    h = response[:, :, [system.inputs.index(i) for i in inputs]].sum(axis=2)
-    inverse = np.linalg.inv(model[0])
-    weight = np.einsum('kij,kj->ki', inverse, h)
-    norm2 = np.einsum('ki,ki->k', h.conj(), weight).real
-    seen = np.einsum('ki,skij,kj->sk', weight.conj(), evidence.each, weight).real / norm2
-    # under the model every term is an exponential variable of mean 1; pieces add to a gamma
-    from scipy.stats import gamma
-    total = seen.sum(axis=0)
-    single = gamma.sf(total, len(evidence.pieces))
-    best = int(np.argmin(single))
-    p = float(-np.expm1(len(total) * np.log1p(-min(single[best], 1 - 1e-16))))
-    power = max(total[best] / len(evidence.pieces) - 1, 0.0) / norm2[best]
-    coherent = np.sum(frame.taper) ** 2
-    return float(frame.frequencies_hz[best]), float(2 * np.sqrt(power / coherent)), p
-
-
-def _white(lower, change):
-    return lower @ change @ lower.conj().swapaxes(-1, -2)
-
-
-def _real(hermitian):
-    """Return Hermitian matrices as real vectors with the same inner product, (a, k l l)."""
-    # the sum of real and imaginary part keeps tr A B: the cross terms cancel by symmetry
-    return (hermitian.real + hermitian.imag).reshape(len(hermitian), -1)
+def _each(fitted, evidence):
+    many = np.repeat(fitted.plain[:1], evidence.frame.pieces, axis=0)
+    return whiten(many, evidence).excess

@@ -18,6 +18,14 @@ class DiagnosisSettings:
     band_bins: int = quantity(8, low=1, high=1000, doc='frequency bins of a band of the meter')
     false_alarm: float = quantity(0.03, low=1e-6, high=0.5,
                                   doc='chance to call a gap where there is none')
+    gain_std: float = quantity(1.2e-4, low=0.0, high=1.0,
+                               doc='how exactly gains are known, standard deviation')
+    stiffness_std: float = quantity(6e-5, low=0.0, high=1.0,
+                                    doc='how exactly the stiffness of an array is known')
+    frequency_std: float = quantity(5e-5, low=0.0, high=1.0,
+                                    doc='how exactly each frequency of a clamped array is known')
+    dispersion_std: float = quantity(1e-4, low=0.0, high=1.0,
+                                     doc='error of the highest frequency by mesh or integrator')
     finalists: int = quantity(6, low=1, high=30, doc='effects fitted after the scores')
     tie_cosine: float = quantity(0.98, low=0.5, high=1.0,
                                  doc='effects whose scores correlate more are one class')
