@@ -2,16 +2,21 @@
 Simulator node: the accelerometers of a flexible spacecraft, in real time or faster.
 
 Every sample carries the stamp of an exact grid. With `speed` other than 1 the node is the clock
-of the simulation and publishes /clock, so that the others run with use_sim_time.
+of the simulation and publishes /clock, so that the others run with use_sim_time. Effects of the
+library are injected by the parameter `effects` or by the list of that name in `config`; the
+samples are those of `ssi_ros simulate` for the same seed.
 """
 from dataclasses import dataclass
+import math
 import time
 
 from geometry_msgs.msg import AccelStamped
+import numpy as np
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
 from ssi_ros.bag import encode_accel
-from ssi_ros.model import assemble, load_spacecraft, stream
+from ssi_ros.effects import load_configuration, parse_effect
+from ssi_ros.effects.stream import stream_setup
 from ssi_ros.quantity import quantity
 from ssi_ros.ros.messages import status, time_of
 from ssi_ros.ros.node import Audience, run, StageNode
@@ -28,6 +33,9 @@ class Simulation:
 
     config: str = quantity('', doc='spacecraft YAML; empty = the one that comes with the package',
                            live=False)
+    effects: tuple = quantity(
+        ('',), doc='effects of `ssi_ros effects` to inject, entries name:param=value,...; those '
+        'of config come first; an empty entry is none', live=False)
     seed: int = quantity(1, low=0, high=2 ** 31 - 1, doc='seed of all random numbers', live=False)
     speed: float = quantity(1.0, low=0.0, high=1e4,
                             doc='simulated seconds a second; 0 = as fast as the machine allows')
@@ -60,9 +68,13 @@ class SimulatorNode(StageNode):
 
     def configure(self, settings):
         """Build the spacecraft and advertise its sensors."""
-        self._system = assemble(load_spacecraft(settings.config or None))
-        self._rate_hz = self._system.rate_hz
-        self._names = self._system.channels
+        spacecraft, effects = load_configuration(settings.config or None)
+        self._effects = effects + tuple(parse_effect(e) for e in settings.effects if e)
+        self._names, self._rate_hz, self._blocks = stream_setup(
+            spacecraft, self._effects, settings.seed, block_s=BLOCK_S, at_rest=settings.at_rest,
+            duration_s=settings.duration_s or math.inf)
+        for effect in self._effects:
+            self.get_logger().info(f'effect {effect.text()}')
         depth = max(5, int(2.0 * self._rate_hz * max(1.0, settings.speed)))
         qos = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=depth, reliability=(
             ReliabilityPolicy.RELIABLE if settings.reliable else ReliabilityPolicy.BEST_EFFORT))
@@ -73,7 +85,7 @@ class SimulatorNode(StageNode):
         if settings.publish_clock or settings.speed != 1.0:
             self._clock_publisher = self._advertise(Clock, '/clock', 10)
         self._audience = Audience(self._sensors, settings.wait_for_subscribers)
-        self._blocks, self._block, self._at = None, None, 0
+        self._block, self._at, self._start_ns = None, 0, None
         self.sent, self.behind_s = 0, 0.0
 
     def _advertise(self, message_class, topic, qos):
@@ -84,11 +96,9 @@ class SimulatorNode(StageNode):
     def activate(self):
         """Begin, or go on where it was paused."""
         settings = self.settings[0]
-        if self._blocks is None:
+        if self._start_ns is None:
             start_s = settings.start_s if settings.start_s >= 0.0 else float(int(time.time()))
             self._start_ns = round(start_s * 1e9)
-            self._blocks = stream(self._system, settings.seed, block_s=BLOCK_S,
-                                  at_rest=settings.at_rest, start_ns=self._start_ns)
             self._next_block()
         self._pace = None
         self._timer = self.every(TICK_S if settings.speed > 0.0 else 0.001, self._tick)
@@ -114,9 +124,10 @@ class SimulatorNode(StageNode):
 
     def _next_block(self):
         self._block = next(self._blocks)
-        stamps = self._block.stamps_ns()
+        stamps = self._start_ns + self._block.stamps_ns()
         self._encoded = [encode_accel(stamps, self._block.values[:, i], name)
                          for i, name in enumerate(self._names)]
+        self._there = ~np.isnan(self._block.values).any(axis=1)
         self._at = 0
 
     def _due(self, settings):
@@ -148,11 +159,11 @@ class SimulatorNode(StageNode):
             ahead = self._start_ns + round((self.sent + due - 1) * 1e9 / self._rate_hz)
             self._clock_publisher.publish(Clock(clock=time_of(ahead)))
         while due > 0:
+            if self._at == len(self._block.values):
+                self._next_block()
             n = min(due, len(self._block.values) - self._at)
             self._publish(n)
             due -= n
-            if self._at == len(self._block.values):
-                self._next_block()
         if settings.duration_s and self.sent >= round(settings.duration_s * self._rate_hz):
             self.get_logger().info(f'{self.sent} samples a channel sent, '
                                    f'{settings.duration_s:g} s: done')
@@ -161,11 +172,12 @@ class SimulatorNode(StageNode):
 
     def _publish(self, n):
         for k in range(self._at, self._at + n):
-            for publisher, encoded in zip(self._sensors, self._encoded):
-                publisher.publish(encoded[k])
+            if self._there[k]:               # else the row was dropped
+                for publisher, encoded in zip(self._sensors, self._encoded):
+                    publisher.publish(encoded[k])
         if self._batch is not None:
             rows = self._block.values[self._at:self._at + n]
-            first = int(self._block.stamps_ns()[self._at])
+            first = self._start_ns + int(self._block.stamps_ns()[self._at])
             self._batch.publish(batch_message(rows, self._names, first))
         self._at += n
         self.sent += n
@@ -179,7 +191,8 @@ class SimulatorNode(StageNode):
                 f'{self.sent / self._rate_hz:.1f} s simulated at speed {speed:g}')
         return [status(f'{self.get_name()}: samples', level, text, samples=self.sent,
                        rate_hz=float(self._rate_hz), speed=float(speed),
-                       behind_s=float(self.behind_s), seed=self.settings[0].seed)]
+                       behind_s=float(self.behind_s), seed=self.settings[0].seed,
+                       effects=' '.join(e.text() for e in self._effects))]
 
 
 def batch_message(rows, names, first_ns):
