@@ -5,9 +5,9 @@ BIN = $(VENV)/bin
 export ROS_AUTOMATIC_DISCOVERY_RANGE = LOCALHOST
 export ROS_PYTHON_CHECK_FIELDS = 1
 
-.PHONY: help demo test lint lock clean
+.PHONY: help demo test lint bench lock bench-lock clean
 help:  ## show the targets
-	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 12
+	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 12
 
 $(VENV)/.ready: requirements.lock setup.py setup.cfg
 	@echo "== setting up $(VENV) from requirements.lock (ROS 2 Jazzy as wheels; a minute or two, once)"
@@ -27,9 +27,22 @@ test: $(VENV)/.ready  ## all tests
 lint: $(VENV)/.ready  ## style only
 	@$(BIN)/python -m pytest -q test/test_style.py test/test_architecture.py
 
+bench: .venv-bench/.ready  ## compare with other packages; BENCH=--quick for two minutes
+	@nice .venv-bench/bin/python -m validation.bench_peers $(BENCH)
+
+.venv-bench/.ready: requirements-bench.lock
+	@echo "== setting up .venv-bench from requirements-bench.lock (1.6 GB; a few minutes, once)"
+	@$(PYTHON) -m venv .venv-bench
+	@.venv-bench/bin/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements-bench.lock
+	@touch $@
+
 lock:  ## compile requirements.lock anew (needs uv); names, versions and hashes only
 	uv pip compile --quiet --no-config --universal --python-version 3.10 --no-emit-index-url \
 	  --no-header --no-annotate --generate-hashes requirements.in -o requirements.lock
 
+bench-lock:  ## the same for requirements-bench.lock
+	uv pip compile --quiet --no-config --universal --python-version 3.10 --no-emit-index-url \
+	  --no-header --no-annotate --generate-hashes requirements-bench.in -o requirements-bench.lock
+
 clean:  ## remove what the targets made
-	rm -rf $(VENV) build install log demo .pytest_cache *.egg-info
+	rm -rf $(VENV) .venv-bench build install log demo .pytest_cache *.egg-info
