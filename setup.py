@@ -16,6 +16,7 @@ setup(
         ('share/' + package_name + '/config', glob('config/*.yaml')),
         ('share/' + package_name + '/launch', glob('launch/*.launch.py')),
     ],
+    package_data={package_name + '.report': ['*.css', '*.js']},
     python_requires='>=3.10',
     install_requires=['numpy', 'scipy', 'numba', 'mcap', 'zstandard', 'pyyaml',
                       'threadpoolctl', 'tqdm', 'matplotlib', 'plotly'],

@@ -21,6 +21,10 @@ def add_arguments(parser):
     parser.add_argument('--no-pairs', action='store_true',
                         help='do not look for two effects at once')
     parser.add_argument('--json', type=Path, metavar='FILE', help='write the diagnosis there')
+    parser.add_argument('--html', type=Path, metavar='FILE',
+                        help='write a page with pictures there; it needs no network')
+    parser.add_argument('--markdown', type=Path, metavar='FILE',
+                        help='write the same as Markdown, without the pictures')
     parser.add_argument('--apply', type=Path, metavar='FILE',
                         help='write a configuration of the simulator with the effect in it')
 
@@ -43,6 +47,10 @@ def run(args):
     print(text(found))
     if args.json:
         args.json.write_text(json.dumps(found.to_json(), indent=1) + '\n')
+    if args.html or args.markdown:
+        from ssi_ros.report.diagnosis_page import view_of
+        write_pages(found, args, view_of(found, spacecraft, samples,
+                                         load_settings(args.settings), present))
     if args.apply:
         best = found.candidates[0]
         if not best.built:
@@ -50,6 +58,17 @@ def run(args):
         save_configuration(spacecraft, present + best.built, args.apply)
         print(f'wrote {args.apply}')
     return 0 if found.outcome in ('WITHIN_FLOOR', 'EXPLAINED', 'TIED') else 1
+
+
+def write_pages(found, args, view=None):
+    """Write the HTML page and the Markdown that were asked for; see `report.diagnosis_page`."""
+    from ssi_ros.report.diagnosis_page import diagnosis_markdown, diagnosis_page
+
+    words = {'bag': str(args.bag), 'model': args.model or 'config/spacecraft.yaml'}
+    for path, make in ((args.html, diagnosis_page), (args.markdown, diagnosis_markdown)):
+        if path:
+            path.write_text(make(found, view, **words), encoding='utf-8')
+            print(f'wrote {path}')
 
 
 def read_samples(path, rate_hz):

@@ -1,0 +1,149 @@
+"""Pictures and tables of a gap: shares, maps, candidates, before and after."""
+import numpy as np
+
+from ssi_ros.report.curves import banded
+from ssi_ros.report.parts import number, percent, Picture, Table
+from ssi_ros.report.style import bars, heat
+
+BANDS = 60              # of a map over frequency
+LIMIT = 6.0             # standard deviations at which the colours of a map end
+SIGN = 3.0              # standard deviations from which a field of a map shows its sign
+MOST = 8                # bars of a list
+
+
+def shares(entries, names, name, title, caption):
+    """Draw shares of the gap as bars, or None where there are none."""
+    entries = list(zip(entries, names))
+    if not entries or not any(e['share'] for e, _ in entries):
+        return None
+    values = [e['share'] or 0.0 for e, _ in entries]
+    return Picture(name, bars([n for _, n in entries], values, map(percent, values), title,
+                              limit=max(values)), caption, half=True)
+
+
+def where_pictures(where):
+    """Draw the shares of sites, sensors, bands, modes and times of a diagnosis."""
+    site = [{'share': v} for v in where['site'].values()]
+    modes = sorted(where['modes'], key=lambda m: -(m['share'] or 0.0))[:MOST]
+    made = [
+        shares(site, list(where['site']), 'site', 'Share by site',
+               'Where the likely causes act.'),
+        shares(where['sensors'], [s['name'] for s in where['sensors']], 'sensors',
+               'Share by sensor', 'A channel that alone disagrees points at itself or its array.'),
+        shares(where['bands'], [f'{b["low_hz"]:.3g} to {b["high_hz"]:.3g} Hz'
+                                for b in where['bands']], 'bands', 'Share by frequency band',
+               'Which part of the spectrum disagrees.'),
+        shares(modes, [f'{m["frequency_hz"]:.3f} Hz {m["name"]}' for m in modes], 'modes',
+               'Share by mode of the model',
+               'Modes closer than the resolution share what is between them, so the shares can '
+               'add up to more than 100 %.'),
+        shares(where['times'], [f'{t["start_s"]:.0f} to {t["end_s"]:.0f} s'
+                                for t in where['times']], 'times', 'Share by time',
+               'Even shares: the gap was there all the time.')]
+    return tuple(p for p in made if p)
+
+
+def maps(view):
+    """Draw the gap over frequency and sensor, and over frequency and time, before and after."""
+    made = []
+    for when, curves in (('before', view.before), ('after', view.after)):
+        if curves is None:
+            continue
+        words = 'the nominal model' if when == 'before' else 'the model with the effect'
+        made += [_sensor_map(view, curves, when, words), _time_map(view, curves, when, words)]
+    return tuple(made)
+
+
+def _bands(view):
+    count = min(BANDS, len(view.frame.frequencies_hz))
+    return count, [round(float(f), 3) for f in banded(view.frame.frequencies_hz, count, 0)]
+
+
+def _sensor_map(view, curves, when, words):
+    count, f = _bands(view)
+    bins = len(view.frame.frequencies_hz) / count
+    # a mean of n exponential variables has the standard deviation 1 / sqrt n
+    std = np.sqrt(view.frame.crowding / (bins * view.frame.pieces))
+    z = (banded(curves.own, count, 0) - 1.0).T / std
+    return Picture(f'map_sensor_{when}', heat(
+        np.round(z, 2).astype(np.float32), f, view.channels, f'Sensors over frequency: {words}',
+        x_title='frequency [Hz]', unit='sd', limit=LIMIT, texts=_signs(z)),
+        'Recorded power over the expected one, in standard deviations of chance: + (purple) is '
+        f'too much, − (orange) too little, marked beyond {SIGN:g}. A right model leaves a field '
+        'without a pattern.')
+
+
+def _signs(z):
+    """Return the sign of what stands out, which the two dark ends of a scale do not tell."""
+    return np.where(z > SIGN, '+', np.where(z < -SIGN, '−', '')).tolist()
+
+
+def _time_map(view, curves, when, words):
+    count, f = _bands(view)
+    bins = len(view.frame.frequencies_hz) / count
+    std = np.sqrt(view.frame.crowding / (bins * len(view.channels)))
+    z = (banded(curves.whitened, count, 1) - 1.0) / std
+    span = view.frame.rows / view.frame.rate_hz
+    return Picture(f'map_time_{when}', heat(
+        np.round(z, 2).astype(np.float32), f,
+        [f'{p * span:.0f} s' for p in range(len(z))], f'Time over frequency: {words}',
+        x_title='frequency [Hz]', unit='sd', limit=LIMIT, texts=_signs(z)),
+        'The same over the pieces of the record, all channels whitened together: a column is a '
+        'lasting difference, a row an event.')
+
+
+def candidate_name(candidate):
+    """Return the names of a candidate's effects as one text."""
+    return ' + '.join(candidate['effects'])
+
+
+def candidate_pictures(candidates):
+    """Draw the probability of every candidate, and the share of the gap that it closes."""
+    names = [candidate_name(c) for c in candidates]
+    probability = [c['probability'] or 0.0 for c in candidates]
+    made = [Picture('probability', bars(names, probability, [percent(p, 1) for p in probability],
+                                        'Probability'),
+                    'All candidates with “unknown” and “none” add up to 100 %.', half=True)]
+    tried = [c for c in candidates if c['closed'] is not None and c['effects'][0] not in
+             ('unknown', 'none')]
+    if tried:
+        def of(key):
+            return [c[key] if c[key] is not None else c['closed'] for c in tried]
+        texts = [f'{percent(c["closed"])} ({percent(c["closed_low90"])} to '
+                 f'{percent(c["closed_high90"])})' for c in tried]
+        made.append(Picture('closed', bars(
+            [candidate_name(c) for c in tried], of('closed'), texts,
+            'Share of the gap that is gone', low=of('closed_low90'), high=of('closed_high90')),
+            'Measured on pieces of the record that the fit did not see, with the 90 % interval: '
+            '100 % is a gap at its floor. A wrong effect stays well below.', half=True))
+    return tuple(made)
+
+
+def before_after_tables(view):
+    """Return frequency, damping, shape and rms of record and models, in user units."""
+    rows = []
+    for i, m in enumerate(view.window.modes):
+        before = view.pairs_before[i]
+        if before is None:
+            continue
+        row = [f'{m.frequency_hz:.4f}', number(m.frequency_std_hz, 2), *_against(m, before)]
+        if view.pairs_after is not None:
+            after = view.pairs_after[i]
+            row += ['-'] * 3 if after is None else _against(m, after)
+        rows.append(tuple(row))
+    heads = ['identified [Hz]', '± [Hz]', 'model off [%]', 'damping off [%]', 'MAC']
+    levels = ['channel', 'recorded', 'model']
+    if view.after is not None:
+        heads += ['with effect off [%]', 'damping off [%]', 'MAC']
+        levels.append('model with the effect')
+    power = [(name, *(f'{1e3 * r[i]:.4g}' for r in view.rms))
+             for i, name in enumerate(view.channels)]
+    return (Table(tuple(heads), tuple(rows),
+                  'The model less what was identified, over what was identified'),
+            Table(tuple(levels), tuple(power),
+                  'Rms of each channel in the band used [mm/s²], levels of the models fitted'))
+
+
+def _against(mode, pair):
+    return [f'{100 * (pair.frequency_hz / mode.frequency_hz - 1):+.3f}',
+            f'{100 * (pair.damping_ratio / mode.damping_ratio - 1):+.0f}', f'{pair.mac:.3f}']

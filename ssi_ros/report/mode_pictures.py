@@ -1,0 +1,136 @@
+"""Pictures of an identification: stabilisation, tracks with spreads, shapes at the channels."""
+import math
+
+import numpy as np
+
+from ssi_ros.identify.shapes import upright
+from ssi_ros.report.parts import Picture, Table
+from ssi_ros.report.style import figure, grid, heat, INK
+
+PANELS = 24             # of tracks; the identities seen most often
+KINDS = (               # (words of a pole's reason, legend, marker, colour)
+    ('only from order', 'beyond the significant orders', 'triangle-up-open', '#b8860b'),
+    ('orders;', 'not in enough orders', 'x-thin-open', '#8c8c8c'),
+    ('spread', 'spread too wide', 'square-open', '#7b6fa8'),
+    ('collinear', 'shape not collinear', 'diamond-open', '#5b8c5a'),
+    ('damping', 'damping out of range', 'cross-thin-open', '#b05a5a'),
+    ('', 'another reason', 'circle-open', '#9a9a9a'))
+
+
+def mode_table(window, pairs=None):
+    """Return the modes of a window as a table, beside the model's where pairs are given."""
+    heads = ['id', 'label', 'frequency [Hz]', 'damping [%]']
+    heads += ['model [Hz]', 'off [%]', 'model damping [%]', 'MAC'] if pairs is not None else []
+    rows = []
+    for i, m in enumerate(window.modes):
+        row = [m.identity, m.label, spread(m.frequency_hz, m.frequency_std_hz, 4),
+               spread(100 * m.damping_ratio, 100 * m.damping_ratio_std, 2)]
+        if pairs is not None:
+            p = pairs[i]
+            row += ['-'] * 4 if p is None else [
+                f'{p.frequency_hz:.4f}', f'{100 * (m.frequency_hz / p.frequency_hz - 1):+.3f}',
+                f'{100 * p.damping_ratio:.2f}', f'{p.mac:.3f}']
+        rows.append(tuple(row))
+    return Table(tuple(heads), tuple(rows), 'Modes of the last window, ± one standard deviation')
+
+
+def spread(value, std, digits):
+    """Return a value with its standard deviation where that is known."""
+    return f'{value:.{digits}f}' + (f' ± {std:.{digits}f}' if math.isfinite(std) else '')
+
+
+def stabilisation(window, frequencies_hz=None, level=None):
+    """Draw the poles of all orders, which became modes, and why the others did not."""
+    made = figure(560)
+    if level is not None:
+        made.add_scatter(x=frequencies_hz.astype(np.float32), y=level.astype(np.float32),
+                         yaxis='y2', mode='lines', line={'color': '#b5b5b5', 'width': 1},
+                         name='spectrum', hoverinfo='skip')
+    left = [p for p in window.rejected if p.order and not p.reason.startswith('outside')]
+    for words, legend, marker, colour in KINDS:
+        poles = [p for p in left if next(k[0] for k in KINDS if k[0] in p.reason) == words]
+        if poles:
+            _poles(made, poles, f'left out: {legend}', marker, colour)
+    _poles(made, [p for b in getattr(window, 'bands', ()) for p in b.accepted], 'pole of a mode',
+           'circle', INK)
+    for m in window.modes:
+        made.add_vline(m.frequency_hz, line_width=0.8, line_color=INK,
+                       line_dash='solid' if m.label == 'structural' else 'dash')
+    made.update_layout(
+        xaxis={'title': {'text': 'frequency [Hz]'}, 'type': 'log'},
+        yaxis={'title': {'text': 'model order'}},
+        yaxis2={'overlaying': 'y', 'side': 'right', 'showgrid': False, 'type': 'log',
+                'title': {'text': 'mean spectrum [(m/s²)/√Hz]'}, 'exponentformat': 'power',
+                'dtick': 1},
+        legend={'y': -0.15, 'yanchor': 'top'}, margin={'b': 120, 'r': 90})
+    return Picture('stabilisation', made,
+                   'Poles of all model orders in the last window. Filled circles became modes '
+                   '(lines; dashed where the label is not structural). Point at any other marker '
+                   'for the reason why it was left out.')
+
+
+def _poles(made, poles, name, marker, colour):
+    made.add_scatter(
+        x=[round(p.frequency_hz, 5) for p in poles], y=[p.order for p in poles], mode='markers',
+        name=name, marker={'symbol': marker, 'color': colour, 'size': 7},
+        text=[f'{p.frequency_hz:.4f} Hz, damping {100 * p.damping_ratio:.2f} %, order {p.order}'
+              + (f'<br>{p.reason}' if p.reason else '') for p in poles], hoverinfo='text')
+
+
+def tracks(windows, what):
+    """Draw 'frequency' or 'damping' of every identity over the windows, with its spread."""
+    found = {}
+    for w in windows:
+        for m in w.modes:
+            found.setdefault(m.identity, []).append(((w.end_ns - windows[0].end_ns) * 1e-9, m))
+    often = sorted(found.items(), key=lambda i: -len(i[1]))[:PANELS]
+    often.sort(key=lambda item: item[1][-1][1].frequency_hz)
+    columns = min(4, len(often))
+    rows = math.ceil(len(often) / columns)
+    titles = [f'{i}: {h[-1][1].frequency_hz:.3f} Hz' for i, h in often]
+    made = grid(rows, columns, 100 + 150 * rows, titles, shared_xaxes=True,
+                vertical_spacing=0.32 / rows, horizontal_spacing=0.06)
+    for k, (_, history) in enumerate(often):
+        t = np.array([s for s, _ in history])
+        value, std = _series([m for _, m in history], what)
+        place = {'row': k // columns + 1, 'col': k % columns + 1}
+        made.add_scatter(x=np.concatenate([t, t[::-1]]),
+                         y=np.concatenate([value + std, (value - std)[::-1]]), fill='toself',
+                         fillcolor='rgba(23,63,95,0.18)', line={'width': 0}, hoverinfo='skip',
+                         mode='lines', showlegend=False, **place)
+        made.add_scatter(x=t, y=value, mode='lines+markers', line={'color': INK, 'width': 1},
+                         marker={'size': 4, 'symbol': [
+                             'circle' if m.label == 'structural' else 'circle-open'
+                             for _, m in history]}, showlegend=False, **place)
+    made.update_xaxes(title_text='s', row=rows)
+    made.update_yaxes(tickfont_size=10, nticks=4)
+    unit = 'Hz' if what == 'frequency' else '%'
+    return Picture(f'tracks_{what}', made,
+                   f'{what.capitalize()} [{unit}] of each identity over the windows, in seconds '
+                   'since the end of the first one; the band is one standard deviation. Filled: '
+                   'structural, open: undecided or a line of the excitation.')
+
+
+def _series(modes, what):
+    if what == 'frequency':
+        return (np.array([m.frequency_hz for m in modes]),
+                np.nan_to_num([m.frequency_std_hz for m in modes]))
+    return (np.array([100 * m.damping_ratio for m in modes]),
+            np.nan_to_num([100 * m.damping_ratio_std for m in modes]))
+
+
+def shape_table(window, channels):
+    """Draw the real part of every shape at the channels, with the number in each field."""
+    shapes = np.array([upright(m.shape).real for m in window.modes])
+    texts = [[_with_spread(v, s) for v, s in zip(row, m.shape_std)]
+             for row, m in zip(shapes, window.modes)]
+    made = heat(np.round(shapes, 4), list(channels),
+                [f'{m.frequency_hz:.3f} Hz' for m in window.modes],
+                'Real part of the shapes, largest component 1', limit=1.6, texts=texts,
+                height=150 + 26 * len(window.modes))
+    return Picture('shapes', made, 'What the sensors say of each mode, ± one standard deviation '
+                   'where it is known.')
+
+
+def _with_spread(value, std):
+    return f'{value:+.2f}' + (f' ± {std:.2f}' if math.isfinite(std) else '')
