@@ -14,6 +14,7 @@ MAY_IMPORT = {            # layer: the layers of ssi_ros that it may import, bes
     'identify': {'quantity', 'records'},
     'bag': {'quantity', 'records'},
     'gap': {'quantity', 'records', 'model', 'effects', 'identify'},
+    'monitor': {'records'},
     'report': {'records', 'model', 'effects', 'identify', 'gap', 'bag', '__version__'},
 }
 ROS = {'rclpy', 'std_msgs', 'geometry_msgs', 'sensor_msgs', 'diagnostic_msgs', 'std_srvs',
