@@ -1,11 +1,11 @@
-"""What the identifier node can be told besides the identification's own settings."""
+"""What nodes that read samples can be told about where they come from."""
 from dataclasses import dataclass
 
 from ssi_ros.quantity import quantity
 
 
 @dataclass(frozen=True)
-class IdentifierInput:
+class SampleInput:
     """Where the samples come from and how they are put on a grid."""
 
     channels: tuple = quantity(
@@ -15,9 +15,6 @@ class IdentifierInput:
             'name: N}; type and field default to geometry_msgs/msg/AccelStamped and '
             'accel.linear.z',
         live=False)
-    rate_hz: float = quantity(
-        0.0, unit='Hz', low=0.0, high=1e6, live=False,
-        doc='sampling rate, 0 = estimate it from the first 256 stamps')
     lateness_s: float = quantity(
         1.0, unit='s', low=0.01, high=60.0, live=False,
         doc='how long a row waits for its last sample, in the time of the stamps')
@@ -31,8 +28,6 @@ class IdentifierInput:
     expected_rate_hz: float = quantity(
         1000.0, unit='Hz', low=1.0, high=1e5, live=False,
         doc='highest message rate of a topic to be ready for (sizes the subscription queue)')
-    slots: int = quantity(
-        40, low=1, high=1000, live=False, doc='number of slots in the series topics')
     reliable: bool = quantity(
         False, live=False, doc='subscribe reliable (a best-effort publisher never connects)')
 
@@ -42,3 +37,14 @@ class IdentifierInput:
                              "'receive'")
         if not 1 <= len(self.channels) <= 64:
             raise ValueError(f'channels has {len(self.channels)} entries; 1 to 64 are allowed')
+
+
+@dataclass(frozen=True)
+class IdentifierInput(SampleInput):
+    """Input of the identifier: any rate, and slots for its series."""
+
+    rate_hz: float = quantity(
+        0.0, unit='Hz', low=0.0, high=1e6, live=False,
+        doc='sampling rate, 0 = estimate it from the first 256 stamps')
+    slots: int = quantity(
+        40, low=1, high=1000, live=False, doc='number of slots in the series topics')
