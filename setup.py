@@ -4,7 +4,7 @@ from glob import glob
 from setuptools import find_packages, setup
 
 package_name = 'ssi_ros'
-nodes = ('simulator', 'identifier', 'recorder', 'player')
+nodes = ('simulator', 'identifier', 'recorder', 'player', 'bridge')
 
 setup(
     name=package_name,
@@ -13,14 +13,16 @@ setup(
     data_files=[
         ('share/ament_index/resource_index/packages', ['resource/' + package_name]),
         ('share/' + package_name, ['package.xml']),
-        ('share/' + package_name + '/config', glob('config/*.yaml')),
+        ('share/' + package_name + '/config', glob('config/*.*')),
         ('share/' + package_name + '/launch', glob('launch/*.launch.py')),
     ],
     package_data={package_name + '.report': ['*.css', '*.js']},
     python_requires='>=3.10',
     install_requires=['numpy', 'scipy', 'numba', 'mcap', 'zstandard', 'pyyaml',
                       'threadpoolctl', 'tqdm', 'matplotlib', 'plotly'],
-    extras_require={'test': ['pytest', 'rosbags', 'mcap-ros2-support']},
+    extras_require={'see': ['textual', 'foxglove-sdk'],
+                    'test': ['pytest', 'rosbags', 'mcap-ros2-support', 'websockets', 'mkdocs',
+                             'mkdocs-material']},
     zip_safe=False,
     maintainer='ssi_ros maintainers',
     maintainer_email='maintainers@users.noreply.h-seed-61da63cb.example',

@@ -2,11 +2,10 @@
 import time
 
 from rich.text import Text
+from ssi_ros.monitor.words import gap_lines, head_line, health_lines, mode_lines, sketch_lines
 from textual.app import App
 from textual.containers import Horizontal, VerticalScroll
 from textual.widgets import Footer, Static
-
-from ssi_ros.monitor.words import (gap_lines, head_line, health_lines, mode_lines, sketch_lines)
 
 PERIOD_S = 1.0
 STYLES = (('ERROR', 'bold red'), ('STALE', 'bold red'), ('SILENT', 'bold red'),

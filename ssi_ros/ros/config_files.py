@@ -7,6 +7,7 @@ from pathlib import Path
 import sys
 
 from ssi_ros.quantity import quantities
+from ssi_ros.ros.bridge_node import BridgeNode
 from ssi_ros.ros.identifier_node import IdentifierNode
 from ssi_ros.ros.player_node import PlayerNode
 from ssi_ros.ros.recorder_node import RecorderNode
@@ -14,7 +15,7 @@ from ssi_ros.ros.simulator_node import SimulatorNode
 import yaml
 
 NODES = {'simulator': SimulatorNode, 'identifier': IdentifierNode,
-         'recorder': RecorderNode, 'player': PlayerNode}
+         'recorder': RecorderNode, 'player': PlayerNode, 'bridge': BridgeNode}
 
 
 def parameter_file(node):

@@ -1,0 +1,151 @@
+"""The bridge: a WebSocket client that gets the true messages, and layouts that fit the topics."""
+import json
+from pathlib import Path
+import re
+import struct
+import time
+import xml.etree.ElementTree as ElementTree
+
+import pytest
+
+from ssi_ros.bag import definition_of, field_reader
+
+CONFIG = Path(__file__).resolve().parents[2] / 'config'
+TYPES = {'/accelerometer/': 'geometry_msgs/msg/AccelStamped', '/identifier/modes':
+         'diagnostic_msgs/msg/DiagnosticArray', '/identifier/': 'std_msgs/msg/Float64MultiArray',
+         '/diagnostics': 'diagnostic_msgs/msg/DiagnosticArray', '/gap/': 'std_msgs/msg/Float64'}
+
+
+def type_of(topic):
+    """Return the type of a topic of this package."""
+    return next(t for prefix, t in TYPES.items() if topic.startswith(prefix))
+
+
+class Client:
+    """A client of the Foxglove WebSocket protocol, as much of it as a viewer needs."""
+
+    def __init__(self, socket):
+        self.socket, self.channels, self.messages = socket, {}, []
+
+    def listen(self, until, patience_s=30.0):
+        """Take what comes until a condition holds."""
+        end = time.monotonic() + patience_s
+        while not until():
+            assert time.monotonic() < end, f'waited {patience_s} s in vain'
+            try:
+                frame = self.socket.recv(timeout=0.2)
+            except TimeoutError:
+                continue
+            if isinstance(frame, bytes):
+                if frame[0] == 1:            # message data: id of subscription, time, payload
+                    self.messages.append((*struct.unpack_from('<IQ', frame, 1), frame[13:]))
+                continue
+            told = json.loads(frame)
+            if told['op'] == 'advertise':
+                self.channels.update({c['topic']: c for c in told['channels']})
+
+    def subscribe(self, number, topic):
+        """Look at a topic."""
+        self.socket.send(json.dumps({'op': 'subscribe', 'subscriptions': [
+            {'id': number, 'channelId': self.channels[topic]['id']}]}))
+
+
+def test_client_gets_the_true_messages(tmp_path):
+    """What arrives on the WebSocket is what the simulator of that seed publishes, to the bit."""
+    for name in ('rclpy', 'foxglove', 'websockets'):
+        pytest.importorskip(name, reason=f'{name} is not installed')
+    from ssi_ros.model import assemble, load_spacecraft, simulate
+    from ssi_ros.ros.demo import Processes
+    from websockets.sync.client import connect
+    nodes, topic = Processes(tmp_path / 'log'), '/accelerometer/e1_b'
+    try:
+        nodes.start('bridge', 'bridge', port=0)
+        nodes.start('simulator', 'simulator', seed=11, reliable=True)
+        port = None
+        end = time.monotonic() + 30.0
+        while not port:
+            nodes.check()
+            port = re.search(r'ws://127\.0\.0\.1:(\d+)', (tmp_path / 'log/bridge.txt').read_text())
+            assert time.monotonic() < end
+            time.sleep(0.05)
+        with connect(f'ws://127.0.0.1:{port[1]}', subprotocols=['foxglove.sdk.v1']) as socket:
+            client = Client(socket)
+            client.listen(lambda: topic in client.channels)
+            channel = client.channels[topic]
+            client.subscribe(7, topic)
+            client.listen(lambda: len(client.messages) >= 100)
+        nodes.stop('bridge')
+    finally:
+        nodes.kill()
+    assert channel['encoding'] == 'cdr' and channel['schemaEncoding'] == 'ros2msg'
+    assert channel['schemaName'] == 'geometry_msgs/msg/AccelStamped'
+    assert channel['schema'] == definition_of('geometry_msgs/msg/AccelStamped')
+    assert {number for number, _, _ in client.messages} == {7}
+    reader = field_reader(channel['schemaName'], 'accel.linear.z', channel['schema'])
+    stamps, values = reader.read_many([raw for _, _, raw in client.messages])
+    # the seed's own samples: where the first one that arrived lies, all others follow
+    whole = simulate(assemble(load_spacecraft()), 120.0, 11).values[:, 1].tolist()
+    first = min(range(len(whole)), key=lambda k: abs(whole[k] - values[0]))
+    # blocks of another length differ by rounding alone
+    assert max(abs(v - w) for v, w in zip(values, whole[first:])) < 1e-12
+    assert {round(s / 1e7) for s in (stamps[1:] - stamps[:-1]).tolist()} == {1}
+
+
+def test_a_taken_port_is_told(tmp_path):
+    """A port that somebody has ends the node with a line that says what to do."""
+    for name in ('rclpy', 'foxglove'):
+        pytest.importorskip(name, reason=f'{name} is not installed')
+    import socket
+
+    from ssi_ros.ros.demo import Processes
+    nodes = Processes(tmp_path / 'log')
+    with socket.socket() as other:
+        other.bind(('127.0.0.1', 0))
+        other.listen()
+        nodes.start('bridge', 'bridge', port=other.getsockname()[1])
+        try:
+            assert nodes.running.pop('bridge').wait(timeout=30) == 2
+        finally:
+            nodes.kill()
+    words = (tmp_path / 'log' / 'bridge.txt').read_text()
+    assert 'give another port' in words and 'Traceback' not in words
+
+
+def paths_of_foxglove():
+    """Yield (topic, field) of every plotted path and shown topic of the layout."""
+    layout = json.loads((CONFIG / 'foxglove_layout.json').read_text())
+    shown = set(re.findall(r'"([A-Za-z]+![a-z]+)"', json.dumps(layout['layout'])))
+    assert shown == set(layout['configById'])
+    for panel in layout['configById'].values():
+        for path in panel.get('paths', ()):
+            topic, _, field = path['value'].partition('.')
+            yield topic, field
+        for key in ('topicPath', 'topicToRender'):
+            if key in panel:
+                yield panel[key], ''
+
+
+def paths_of_plotjuggler():
+    """Yield (topic, field) of every curve of the layout."""
+    root = ElementTree.parse(CONFIG / 'plotjuggler_layout.xml').getroot()
+    for splitter in root.iter('DockSplitter'):
+        assert int(splitter.get('count')) == len(list(splitter))
+    for curve in root.iter('curve'):
+        topic, field = re.fullmatch(r'(/[a-z]+/[a-z0-9_]+)/(.*)', curve.get('name')).groups()
+        yield topic, field.replace('/', '.')
+
+
+@pytest.mark.parametrize('paths', [paths_of_foxglove, paths_of_plotjuggler])
+def test_layouts_name_what_there_is(paths):
+    """Every path of a layout is a topic of a node and a field of its message."""
+    pytest.importorskip('rclpy', reason='the definitions of messages come with ROS 2')
+    from ssi_ros.model import load_spacecraft
+    from ssi_ros.ros.messages import SERIES
+    found = list(paths())
+    sensors = {f'/accelerometer/{s.name}' for s in load_spacecraft().sensors}
+    assert {t for t, _ in found if t.startswith('/accelerometer/')} == sensors
+    for topic, field in found:
+        if topic.startswith('/identifier/') and topic != '/identifier/modes':
+            assert topic.rsplit('/', 1)[1] in SERIES
+        if field:
+            field_reader(type_of(topic), field, definition_of(type_of(topic)))
