@@ -4,16 +4,17 @@ How far an effect moves a record, in standard deviations: d', predicted before a
 
 Linear effects: J = sum over bins tr(S0^-1 dS S1^-1 dS), the symmetric divergence of the two
 Gaussian models, whose small-effect limit is Fisher's information, with the part that a change of
-excitation or noise level explains projected out; d' = sqrt(J). A known waveform: the power ratio
-of its matched filter. Drift, modulation, rails, rounding and missing samples: their own counts.
-Nonlinear effects: the shift of nine probe scores (stiffness of each array and damping, in three
-bands) between simulations of both with the same seeds. All are oracle numbers: a diagnosis that
-must also search sees somewhat less.
+excitation or noise level explains projected out; d' = sqrt(J). Sines, sweeps, pulses, spikes: the
+power ratio of their matched filter, less what looking for them costs (sparse.py). Drift,
+modulation, rails, rounding and missing samples: their own counts. Nonlinear effects: the shift of
+nine probe scores (stiffness of each array and damping, in three bands) between simulations of
+both with the same seeds. A diagnosis that must also look for the place of an effect sees
+somewhat less.
 """
 from dataclasses import replace
 from functools import lru_cache
 
-from blindgen import beyond  # noqa: F401  (declares the ten effects outside the library)
+from blindgen import beyond, sparse  # noqa: F401  (beyond declares the ten effects outside)
 from blindgen.effects import EFFECTS
 from blindgen.record import simulate
 from blindgen.scenario import RATE_HZ, Scenario
@@ -49,7 +50,7 @@ def detectability(name, parameters, duration_s, level=1.0, seed=1):
         # Its noise, as if the noise level were known; that values repeat tells at any step.
         return np.sqrt(bins * divergence(effect.apply(NOMINAL, p), levels=False))
     if effect.predict == 'mean':
-        return np.sqrt(_matched(name, p, samples, duration_s))
+        return _rare(name, p, samples)
     if effect.predict == 'swing':
         # the score of the level, weighted by a sine: half of its information
         return p['depth'] * np.sqrt(bins * _level_information() / 2)
@@ -133,29 +134,28 @@ def _level_information():
     return float(np.einsum('k,kij,kji->', GRID_BINS, w, w).real)
 
 
-def _matched(name, p, samples, duration_s):
-    """Return twice the power ratio of a known waveform, summed over its bins."""
+def _rare(name, p, samples):
+    """Return d' of a waveform that is known but for its frequency or its instants."""
     s, r = _nominal()
     inverse = np.linalg.inv(s + r)
     if name == 'electromagnetic_spikes':
-        quality = np.einsum('kii->k', inverse).real          # all channels, own signs
-    else:
-        g = transfer(NOMINAL)[:, :, :1]
-        quality = (_h(g) @ inverse @ g)[:, 0, 0].real
-    mean = np.average(quality, weights=GRID_BINS)
+        quality = np.einsum('kii->k', inverse).real / 4      # all channels, own signs
+        height = p['size_m_s2'] * np.sqrt(np.average(quality, weights=GRID_BINS))
+        return sparse.spikes(height, p['rate_per_min'] / 60 / RATE_HZ, samples)
+    g = transfer(NOMINAL)[:, :, :1]
+    quality = (_h(g) @ inverse @ g)[:, 0, 0].real
+    if name == 'impulsive_events':
+        height = p['impulse_n_m_s'] * RATE_HZ * np.sqrt(np.average(quality, weights=GRID_BINS))
+        return sparse.pulses(height, p['rate_per_min'] / 60 / RATE_HZ, samples)
     if name == 'harmonic_disturbance':
         at = transfer(NOMINAL, np.array([p['frequency_hz']]))[:, :, :1]
         near = np.argmin(np.abs(GRID_HZ - p['frequency_hz']))
-        q = (_h(at) @ inverse[near:near + 1] @ at)[0, 0, 0].real
-        return p['torque_n_m']**2 * samples / 2 * q
-    if name == 'wheel_speed_sweep':
+        q, cells = (_h(at) @ inverse[near:near + 1] @ at)[0, 0, 0].real, samples / 2
+    else:                                        # a sweep has a first and a last frequency
         low, high = sorted((p['start_hz'], p['end_hz']))
         inside = (GRID_HZ >= low) & (GRID_HZ <= high)
-        return p['torque_n_m']**2 * samples / 2 * np.average(quality[inside],
-                                                             weights=GRID_BINS[inside])
-    events = p['rate_per_min'] / 60 * duration_s
-    one = p.get('size_m_s2') or p['impulse_n_m_s'] * RATE_HZ
-    return events * one**2 * mean
+        q, cells = np.average(quality[inside], weights=GRID_BINS[inside]), (samples / 2)**2
+    return sparse.searched(p['torque_n_m'] * np.sqrt(samples / 2 * q), cells)
 
 
 @lru_cache(maxsize=1)

@@ -5,12 +5,12 @@ Time integration: exact for the linear part, implicit for the local nonlinear fo
 x(h) = E x + G u + P0 f(0) + P1 f(h): the held loads u go through the exact integral, the local
 forces f through a first-order hold whose end value is solved with the law that gives it. So a
 stiff stop or a sticking hinge needs no small step. s and r are the deflection and the rate that a
-law sees, c = ds/df(h) and m = dr/df its compliance and mobility over a step.
+law sees without its force, c = ds/df(h) and m = dr/df its compliance and mobility over a step.
 
 The laws, with the base stiffness k of the hinge already in A:
   0 none
   1 freeplay: f = k clip(s, -gap, gap), no moment within the gap          (k, gap)
-  2 Coulomb friction: |f| <= T, sticks while it can                       (T)
+  2 Coulomb friction: |f| <= T, the hinge stands while it can             (T)
   3 cubic: f = -k3 s^3                                                    (k3)
   4 Bouc-Wen: f = k (s - z), z' = r - |r| z / 2 z_y - r |z| / 2 z_y       (k, z_y)
   5 quadratic damping: f = -c |r| r                                       (c)
@@ -26,59 +26,58 @@ LAWS = {'none': 0, 'freeplay': 1, 'friction': 2, 'cubic': 3, 'bouc_wen': 4, 'qua
 
 
 @numba.njit(cache=True)
-def law(kind, p, s, r, c, m, held, t, h, memory):
+def law(kind, p, s, r, c, m, held, t, memory):
     """
-    Return the end force and the new memory of one law; see the module for the letters.
+    Return the end force of one law and renew its memory (2,); see the module for the letters.
 
-    held is the mobility of a force held over the whole step, t the time at its end, h its length.
+    held is the mobility of a force held over the whole step, t the time at its end.
     """
     if kind == 1:
         inside = s / (1.0 - c * p[0])
         if abs(inside) <= p[1]:
-            return p[0] * inside, 0.0
-        return p[0] * p[1] * np.sign(s), 0.0
+            return p[0] * inside
+        return p[0] * p[1] * np.sign(s)
     if kind == 2:
         # Held over the step: the force that stops the hinge, as far as friction reaches.
-        return min(max(-r / held, -p[0]), p[0]), 0.0
+        return min(max(-r / held, -p[0]), p[0])
     if kind == 3:
-        f = -p[0] * s**3
-        for _ in range(6):
-            end = s + c * f
-            f -= (f + p[0] * end**3) / (1.0 + 3.0 * p[0] * end * end * c)
-        return f, 0.0
+        # e + c k3 e^3 = s: Newton from e = s comes down to the root from one side
+        e = s
+        for _ in range(60):
+            step = (e + c * p[0] * e**3 - s) / (1.0 + 3.0 * c * p[0] * e * e)
+            e -= step
+            if abs(step) <= 1e-12 * abs(e):
+                break
+        return -p[0] * e**3
     if kind == 4:
-        # memory is s - z, so that z follows from the deflection without drift
-        f = p[0] * memory
-        slip = memory
-        for _ in range(6):
-            end = s + c * f
-            rate = r + m * f
-            z = end - memory
-            for _ in range(4):
-                slip = memory + h * (abs(rate) * z + rate * abs(z)) / (2.0 * p[1])
-                z = end - slip
-            f = p[0] * slip
-        return f, slip
+        # memory is s - z and s, so that z follows from the deflection without drift
+        slip = memory[0]
+        for _ in range(40):                 # k c is 0.5 at most: 40 halvings
+            end = s + c * p[0] * slip
+            gone, z = end - memory[1], end - slip
+            slip = memory[0] + (abs(gone) * z + gone * abs(z)) / (2.0 * p[1])
+        memory[0], memory[1] = slip, s + c * p[0] * slip
+        return p[0] * slip
     if kind == 5:
         f = 0.0
         for _ in range(8):
             rate = r + m * f
             f -= (f + p[0] * abs(rate) * rate) / (1.0 + 2.0 * p[0] * abs(rate) * m)
-        return f, 0.0
+        return f
     if kind == 6:
         k = p[0] * np.cos(p[1] * t)
-        return -k * s / (1.0 + k * c), 0.0
+        return -k * s / (1.0 + k * c)
     if kind == 7:
         if s <= p[1]:
-            return 0.0, 0.0
-        return -p[0] * (s - p[1]) / (1.0 + p[0] * c), 0.0
+            return 0.0
+        return -p[0] * (s - p[1]) / (1.0 + p[0] * c)
     if kind == 8:
-        f = -p[0] * (s - memory) / (1.0 + p[0] * c)
-        if abs(f) <= p[1]:
-            return f, memory
-        f = p[1] * np.sign(f)
-        return f, s + c * f + f / p[0]
-    return 0.0, 0.0
+        f = -p[0] * (s - memory[0]) / (1.0 + p[0] * c)
+        if abs(f) > p[1]:
+            f = p[1] * np.sign(f)
+            memory[0] = s + c * f + f / p[0]
+        return f
+    return 0.0
 
 
 @numba.njit(cache=True, fastmath=True)
@@ -121,7 +120,7 @@ def march(e, g, p0, p1, c, d, ell, look, kinds, parameters, x, u, smooth, step_s
     n = two_n // 2
     m = len(kinds)
     y = np.zeros((samples, 4))
-    forces, carried, memory = np.zeros(m), np.zeros(m), np.zeros(m)
+    forces, carried, memory = np.zeros(m), np.zeros(m), np.zeros((m, 2))
     pushed, ahead = np.zeros(two_n), np.zeros(two_n)
     transpose = np.zeros((two_n, two_n))
     last = -1
@@ -169,8 +168,8 @@ def march(e, g, p0, p1, c, d, ell, look, kinds, parameters, x, u, smooth, step_s
                     compliance += look[j, i] * p1[b, i, j]
                     mobility += look[j, i] * p1[b, n + i, j]
                     held += look[j, i] * (p0[b, n + i, j] + p1[b, n + i, j])
-                f, memory[j] = law(kinds[j], parameters[j], s, r, compliance, mobility, held,
-                                   t, step_s, memory[j])
+                f = law(kinds[j], parameters[j], s, r, compliance, mobility, held, t,
+                        memory[j])
                 forces[j] = f
                 if kinds[j] == 2:          # its old value is not carried into the next step
                     for i in range(two_n):

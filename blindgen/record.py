@@ -8,13 +8,14 @@ from blindgen.sensors import measured
 import numpy as np
 
 SUBSTEPS = 20               # 2 kHz
+FRICTION_SUBSTEPS = 80      # a standing hinge creeps at 2 kHz, by a tenth of its effect
 SETTLE_S = 400.0            # linear settling before the record; the slowest mode takes 88 s
 LEAD_S = 60.0               # then with every effect acting
 TAIL_S = 2.0                # past the end, for interpolation
 BLOCK_S = 1.0               # how long the matrices of a drifting scenario stand still
 
 
-def simulate(scenario, duration_s, seed, substeps=SUBSTEPS):
+def simulate(scenario, duration_s, seed, substeps=None):
     """
     Return one record of a scenario.
 
@@ -27,7 +28,7 @@ def simulate(scenario, duration_s, seed, substeps=SUBSTEPS):
     seed : int or numpy.random.SeedSequence
         Loads and sensors have their own streams, so that two scenarios with one seed share both.
     substeps : int
-        Integration steps a sample; 20 are 2 kHz.
+        Integration steps a sample; 20 are 2 kHz, the default but for friction.
 
     Returns
     -------
@@ -43,6 +44,8 @@ def simulate(scenario, duration_s, seed, substeps=SUBSTEPS):
 
     """
     samples = int(round(duration_s * RATE_HZ))
+    substeps = substeps or (FRICTION_SUBSTEPS if 'friction' in [k for k, *_ in scenario.local]
+                            else SUBSTEPS)
     if samples < RATE_HZ:
         raise ValueError(f'duration_s={duration_s} is under 1 s; ask for more')
     settle, lead = int(SETTLE_S * RATE_HZ), int(LEAD_S * RATE_HZ)

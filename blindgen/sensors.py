@@ -4,16 +4,20 @@ The sensor chain: from true acceleration to what the recorder writes.
 
 Order: analogue low-pass, the ADC's own instants and delays, gain and cross-talk, noise, drift and
 spikes, rails, rounding. The acceleration at 100 Hz is taken as a band-limited signal: analogue
-filters act by their own frequency response, and other instants are read by windowed-sinc
-interpolation, so that a small filter, delay or clock error is a small change.
+filters act by their own frequency response, and other instants are read from the signal at eight
+times the rate by a windowed sinc, so that a small filter, delay or clock error is a small change.
+Reading at 100 Hz itself would lose what lies near 50 Hz wherever an instant falls between samples:
+a clock off by 20 ppm lost 44 % of the power above 49.5 Hz.
 """
 from blindgen.scenario import NOISE_RMS, RATE_HZ
 import numba
 import numpy as np
 from scipy.signal import buttap, lfilter
 
-HALF_TAPS = 48
-KAISER_BETA = 9.0
+FINER = 8
+FADE_S = 1.5               # at both ends, so that the periodic transform has no edge there
+HALF_TAPS = 16
+KAISER_BETA = 12.0
 
 
 def instants(scenario, samples, rng):
@@ -42,6 +46,19 @@ def low_passed(scenario, y):
         y[:, columns] = np.fft.irfft(np.fft.rfft(y[:, columns], axis=0) * response[:, None],
                                      len(y), axis=0)
     return y
+
+
+def _finer(y):
+    """Return the band-limited signal y (n, 4) at FINER times the rate, faded at both ends."""
+    n, fade = len(y), int(FADE_S * RATE_HZ)
+    ramp = np.sin(np.pi / 2 * (np.arange(fade) + 0.5) / fade)[:, None]**2
+    y = y.copy()
+    y[:fade] *= ramp
+    y[-fade:] *= ramp[::-1]
+    spectrum = np.fft.rfft(y, axis=0)
+    if n % 2 == 0:
+        spectrum[-1] /= 2                # at 50 Hz half belongs to either sign of the frequency
+    return np.fft.irfft(spectrum * FINER, n * FINER, axis=0)
 
 
 @numba.njit(cache=True)
@@ -106,7 +123,7 @@ def measured(scenario, y, lead, samples, rng):
     """
     y = low_passed(scenario, y)
     when = instants(scenario, samples, rng)
-    y = _interpolate(np.ascontiguousarray(y), when + lead, HALF_TAPS, KAISER_BETA)
+    y = _interpolate(_finer(y), (when + lead) * FINER, HALF_TAPS, KAISER_BETA)
     mixing = np.diag(scenario.gains)
     for source, channel, gain in scenario.crosstalk:
         mixing[channel, source] += gain
