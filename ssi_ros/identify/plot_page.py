@@ -3,8 +3,9 @@ import html
 
 import numpy as np
 
-from ssi_ros.identify.plot_stability import accepted, INK, kind_of, shown
-from ssi_ros.identify.plot_tracks import histories
+from ssi_ros.identify.plot_stability import accepted, kind_of, shown
+from ssi_ros.identify.plot_style import INK
+from ssi_ros.identify.plot_tracks import histories, values_of
 from ssi_ros.identify.shapes import collinearity, upright
 
 SYMBOLS = {'^': 'triangle-up', 'x': 'x', 's': 'square', 'D': 'diamond', '+': 'cross',
@@ -14,18 +15,20 @@ HEAD = ('<!doctype html><html lang="en"><head><meta charset="utf-8"><title>Ident
         'td,th{padding:2px 10px;text-align:right}</style></head><body><h1>Identification</h1>')
 
 
-def page(windows, names, spectrum):
+def page(windows, names, spectrum, total):
     """
     Return the page as text.
 
     Parameters
     ----------
     windows : sequence of WindowModes
-        By rising time.
+        By rising time, thinned where there are very many.
     names : sequence of str
         Of the channels.
     spectrum : tuple of ndarray, or None
         Frequencies [Hz] and levels [dB] of the last window.
+    total : int
+        Windows before the thinning.
 
     Returns
     -------
@@ -38,7 +41,8 @@ def page(windows, names, spectrum):
                _tracks(windows, 'damping')]
     if last.modes:
         figures.append(_shapes(last, names))
-    parts = [HEAD, f'<p>{len(windows)} windows of {len(names)} channels. '
+    thin = f', {len(windows)} of them in the tracks' if total > len(windows) else ''
+    parts = [HEAD, f'<p>{total} windows of {len(names)} channels{thin}. '
              f'{html.escape(last.reason)}</p>', _table(last)]
     for k, figure in enumerate(figures):
         figure.update_layout(template='simple_white', font_size=12)
@@ -94,11 +98,7 @@ def _tracks(windows, what):
     figure = go.Figure()
     for identity, history in histories(windows).items():
         modes = [m for _, m in history]
-        values, spreads = ((
-            [m.frequency_hz for m in modes], [m.frequency_std_hz for m in modes])
-            if what == 'frequency' else (
-            [100.0 * m.damping_ratio for m in modes], [100.0 * m.damping_ratio_std
-                                                       for m in modes]))
+        values, spreads = values_of(modes, what)
         figure.add_scatter(x=[t for t, _ in history], y=values, mode='lines+markers',
                            name=f'{identity}: {modes[-1].frequency_hz:.3f} Hz',
                            error_y={'array': np.nan_to_num(spreads), 'thickness': 0.8})

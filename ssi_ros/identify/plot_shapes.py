@@ -3,21 +3,19 @@ import math
 
 import numpy as np
 
+from ssi_ros.identify.plot_style import caption, heading, INK, panels
 from ssi_ros.identify.shapes import collinearity, upright
 
-INK = '#173f5f'
 MARKERS = 'osD^v<>pPXhd8*'
 
 
 def complex_plane(window, names):
     """Draw the components of every shape as arrows; those of a sound mode lie on one line."""
-    from matplotlib.figure import Figure
     count = len(window.modes)
     columns = min(6, max(1, count))
     rows = max(1, math.ceil(count / columns))
-    figure = Figure(figsize=(1.9 * columns + 0.3, 2.1 * rows + 0.9), layout='constrained')
-    axes = figure.subplots(rows, columns, squeeze=False)
-    for ax, mode in zip(axes.flat, window.modes):
+    figure, axes = panels(rows, columns, (1.45, 1.45), (0.35, 0.7), (0.4, 0.15, 0.8, 0.75))
+    for ax, mode in zip(axes, window.modes):
         shape = upright(mode.shape)
         for k, z in enumerate(shape):
             ax.plot([0.0, z.real], [0.0, z.imag], color=INK, linewidth=0.9)
@@ -28,27 +26,24 @@ def complex_plane(window, names):
         ax.axhline(0.0, color='#bdbdbd', linewidth=0.5, zorder=0)
         ax.axvline(0.0, color='#bdbdbd', linewidth=0.5, zorder=0)
         ax.tick_params(labelsize=6)
-        ax.set_title(f'{mode.frequency_hz:.3f} Hz\n'
-                     f'collinear {collinearity(mode.shape[None])[0]:.3f}', fontsize=8)
-    for ax in list(axes.flat)[count:]:
+        caption(ax, f'{mode.frequency_hz:.3f} Hz\n'
+                f'collinear {collinearity(mode.shape[None])[0]:.3f}')
+    for ax in axes[count:]:
         ax.set_axis_off()
-    legend = [axes.flat[0].plot([], [], MARKERS[k % len(MARKERS)], color=INK, fillstyle='none',
-                                linestyle='', label=name)[0] for k, name in enumerate(names)]
-    figure.legend(handles=legend, loc='outside lower center', ncols=min(8, len(names)),
-                  fontsize=8)
-    figure.suptitle('Shapes of the last window in the complex plane' if count
-                    else f'No mode was found: {window.reason}', fontsize=10)
+    legend = [axes[0].plot([], [], MARKERS[k % len(MARKERS)], color=INK, fillstyle='none',
+                           linestyle='', label=name)[0] for k, name in enumerate(names)]
+    figure.legend(handles=legend, loc='lower center', ncols=min(8, len(names)), fontsize=8)
+    heading(figure, 'Shapes of the last window in the complex plane' if count
+            else f'No mode was found: {window.reason}')
     return figure
 
 
 def shapes_at_channels(window, names):
     """Draw the real part of every shape at the channels: a colour and its number."""
-    from matplotlib.figure import Figure
     modes = window.modes
     table = np.array([upright(m.shape).real for m in modes]).reshape(len(modes), len(names))
-    figure = Figure(figsize=(2.6 + 0.9 * len(names), 1.6 + 0.27 * max(1, len(modes))),
-                    layout='constrained')
-    ax = figure.subplots()
+    figure, (ax,) = panels(1, 1, (1.1 * max(2, len(names)), 0.27 * max(1, len(modes))),
+                           margin=(1.0, 0.2, 0.5, 1.0))
     if modes:
         ax.imshow(table, cmap='PuOr', vmin=-1.3, vmax=1.3, aspect='auto')
     for row, mode in enumerate(modes):
@@ -60,6 +55,6 @@ def shapes_at_channels(window, names):
     ax.set_xticks(range(len(names)), [n.rsplit('/', 1)[-1] for n in names], rotation=30,
                   fontsize=8)
     ax.set_yticks(range(len(modes)), [f'{m.frequency_hz:.3f} Hz' for m in modes], fontsize=8)
-    ax.set_title('Real part of the shapes, largest component 1' if modes
-                 else f'No mode was found: {window.reason}')
+    heading(figure, 'Real part of the shapes, largest component 1' if modes
+            else f'No mode was found: {window.reason}')
     return figure

@@ -1,4 +1,6 @@
 """Stabilisation diagram and singular values of one window."""
+from ssi_ros.identify.plot_style import heading, INK, panels
+
 KINDS = (        # (words of the reason, legend, marker, colour)
     ('only from order', 'only beyond the significant orders', '^', '#b8860b'),
     ('orders;', 'not in enough orders', 'x', '#8c8c8c'),
@@ -7,7 +9,6 @@ KINDS = (        # (words of the reason, legend, marker, colour)
     ('damping', 'damping out of range', '+', '#b05a5a'),
     ('', 'another band, or other reasons', '.', '#bdbdbd'),
 )
-INK = '#173f5f'          # dark enough to stand out in grey
 
 
 def kind_of(pole):
@@ -27,12 +28,10 @@ def accepted(window):
 
 def stabilisation(window, spectrum):
     """Draw the poles of all orders over frequency, and the spectrum below them."""
-    from matplotlib.figure import Figure
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
-    figure = Figure(figsize=(11.0, 6.4), layout='constrained')
     rows = 2 if spectrum else 1
-    axes = figure.subplots(rows, 1, sharex=True, squeeze=False,
-                           height_ratios=[3, 1.3][:rows])[:, 0]
+    figure, axes = panels(rows, 1, (10.0, 2.4), (0.0, 0.15), (0.8, 0.2, 1.0, 1.0), sharex=True,
+                          height_ratios=[3, 1.3][:rows])
     groups = {}
     for p in shown(window):
         groups.setdefault(kind_of(p), []).append(p)
@@ -40,10 +39,11 @@ def stabilisation(window, spectrum):
         poles = groups.get((legend, marker, colour))
         if poles:
             axes[0].plot([p.frequency_hz for p in poles], [p.order for p in poles], marker,
-                         color=colour, markersize=4.5, linestyle='', label=f'left out: {legend}')
+                         color=colour, markersize=4.5, linestyle='',
+                         label=f'left out: {legend} ({len(poles)})')
     good = accepted(window)
     axes[0].plot([p.frequency_hz for p in good], [p.order for p in good], 'o', color=INK,
-                 markersize=4.0, label='pole of a mode')
+                 markersize=4.0, label=f'pole of a mode ({len(good)})')
     top = max((p.order for p in [*good, *shown(window)]), default=10)
     for mode in window.modes:
         for ax in axes:
@@ -58,7 +58,7 @@ def stabilisation(window, spectrum):
     axes[0].set_ylim(0, top + 1.5)
     axes[0].set_ylabel('model order')
     if groups or good:
-        figure.legend(loc='outside lower center', ncols=4, fontsize=8)
+        figure.legend(loc='lower center', ncols=4, fontsize=8)
     axes[-1].set_xscale('log')
     axes[-1].xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axes[-1].xaxis.set_major_formatter(FuncFormatter(lambda x, _: f'{x:g}'))
@@ -69,8 +69,8 @@ def stabilisation(window, spectrum):
     if spectrum:
         axes[1].plot(*spectrum, color='black', linewidth=0.7)
         axes[1].set_ylabel('mean spectrum\n[dB over 1/Hz]')
-    figure.suptitle('Stabilisation diagram of the last window, its modes above'
-                    + (f'\n{window.reason}' if window.reason else ''), fontsize=10)
+    heading(figure, 'Stabilisation diagram of the last window, its modes above'
+            + (f'\n{window.reason}' if window.reason else ''))
     return figure
 
 
@@ -90,9 +90,7 @@ def _spaced(modes):
 
 def singular_values(window):
     """Draw the singular values of every band and what noise alone reaches."""
-    from matplotlib.figure import Figure
-    figure = Figure(figsize=(8.0, 4.0), layout='constrained')
-    ax = figure.subplots()
+    figure, (ax,) = panels(1, 1, (7.0, 3.2), margin=(0.8, 0.2, 0.4, 0.5))
     for band, marker, colour in zip(getattr(window, 'bands', ()), 'osD^vx+*',
                                     (INK, '#b8860b', '#7b6fa8', '#5b8c5a') * 2):
         values = band.singular_values
@@ -103,7 +101,7 @@ def singular_values(window):
     ax.set_yscale('log')
     ax.set_xlabel('number (two of them make a mode)')
     ax.set_ylabel('singular value')
-    ax.set_title('Singular values of the last window; dashed: what noise alone reaches')
+    heading(figure, 'Singular values of the last window; dashed: what noise alone reaches')
     if ax.has_data():
         ax.legend(fontsize=8)
     return figure

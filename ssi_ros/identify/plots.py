@@ -10,7 +10,8 @@ import numpy as np
 from ssi_ros.identify.plot_page import page
 from ssi_ros.identify.plot_shapes import complex_plane, shapes_at_channels
 from ssi_ros.identify.plot_stability import singular_values, stabilisation
-from ssi_ros.identify.plot_tracks import tracks
+from ssi_ros.identify.plot_style import PLAIN
+from ssi_ros.identify.plot_tracks import thinned, tracks
 
 FIGURES = {
     'stabilisation': lambda windows, names, spectrum: stabilisation(windows[-1], spectrum),
@@ -20,8 +21,6 @@ FIGURES = {
     'complex_plane': lambda windows, names, spectrum: complex_plane(windows[-1], names),
     'shapes': lambda windows, names, spectrum: shapes_at_channels(windows[-1], names),
 }
-PLAIN = {'font.size': 9, 'axes.spines.top': False, 'axes.spines.right': False,
-         'svg.hashsalt': 'ssi_ros', 'axes.titlesize': 9}
 
 
 def write_plots(windows, folder, names, stamps_ns=(), values=(), rate_hz=0.0):
@@ -61,16 +60,17 @@ def write_plots(windows, folder, names, stamps_ns=(), values=(), rate_hz=0.0):
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     spectrum = spectrum_of(windows[-1], stamps_ns, values, rate_hz)
+    shown = thinned(windows)
     paths = []
     with rc_context(PLAIN):
         for name, draw in FIGURES.items():
-            figure = draw(windows, names, spectrum)
+            figure = draw(shown, names, spectrum)
             FigureCanvasAgg(figure)
             for end in ('png', 'svg'):
                 paths.append(folder / f'{name}.{end}')
-                figure.savefig(paths[-1], dpi=130, bbox_inches='tight')
+                figure.savefig(paths[-1], dpi=130)
     paths.append(folder / 'index.html')
-    paths[-1].write_text(page(windows, names, spectrum), encoding='utf-8')
+    paths[-1].write_text(page(shown, names, spectrum, len(windows)), encoding='utf-8')
     return paths
 
 

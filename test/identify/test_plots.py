@@ -1,9 +1,14 @@
 """The plots show what was identified, and write without modes too."""
+from dataclasses import replace
+
 import numpy as np
+from plotly.offline import get_plotlyjs
 import pytest
 from simple_structure import accelerations, PAIR_HZ, PAIR_SHAPES
 from ssi_ros.identify import Identification, identify
+from ssi_ros.identify.plot_page import page
 from ssi_ros.identify.plot_stability import accepted
+from ssi_ros.identify.plot_tracks import POINTS_MAX, thinned, tracks
 from ssi_ros.identify.plots import FIGURES, spectrum_of, write_plots
 from ssi_ros.records import Samples, WindowModes
 
@@ -55,3 +60,28 @@ def test_windows_without_modes_are_drawn(tmp_path):
     assert 'nothing moves' in paths[-1].read_text()
     with pytest.raises(ValueError, match='no windows'):
         write_plots([], tmp_path, NAMES)
+
+
+def test_a_day_of_windows_stays_small(windows, tmp_path):
+    """Ten thousand windows are thinned: few points and few artists, the last one is kept."""
+    pattern = windows[1]
+    day = [replace(pattern[k % 3], start_ns=k * 10 ** 9, end_ns=(k + 60) * 10 ** 9)
+           for k in range(10000)]
+    kept = thinned(day)
+    assert POINTS_MAX // 2 < len(kept) <= POINTS_MAX and kept[-1] is day[-1]
+    figure = tracks(kept, 'damping')
+    # two bands, and one line of markers a label: an artist a point would take minutes to draw
+    assert all(len(ax.lines) <= 3 and len(ax.collections) <= 2 for ax in figure.axes)
+    library = len(get_plotlyjs())
+    # a message to an operator's laptop; a point is some 60 characters
+    assert len(page(kept, NAMES, None, len(day))) < library + 1_000_000
+
+
+def test_a_short_life_is_drawn(windows):
+    """An identity seen once has an error bar, one missed in between an open band."""
+    a, b, c = windows[1]
+    figure = tracks([a, replace(b, modes=()), c], 'frequency')
+    band = figure.axes[0].collections[0].get_paths()
+    assert len(band) == 2 and 'Hz' in figure.axes[0].get_title()
+    single = tracks([a], 'frequency')
+    assert len(single.axes) == len(a.modes)
