@@ -20,7 +20,7 @@ BLOCKS = 50             # data blocks of a spread; pyOMA2's default, and given t
 
 
 class Poles(NamedTuple):
-    """Poles of one order: frequency [Hz], damping ratio [1], shapes (p, l), and spreads or None."""
+    """Poles of one order: frequency [Hz], damping ratio [1], shapes (p, l), spreads or None."""
 
     order: int
     frequency_hz: np.ndarray
@@ -51,10 +51,12 @@ def ours(weighting):
     def run(values, rate_hz, rows, orders):
         ring = Ring(1, 2 * rows, values.shape[1])
         ring.push(values)
-        factors = factorise(ring.covariances(len(values) / rate_hz), rows, max(orders), weighting)
-        return [poles_of(factors, n, rate_hz) for n in orders if n <= len(factors.upper)]
-    return run, lambda raw: [Poles(p.order, p.frequency_hz, p.damping_ratio, p.shapes)
-                             for p in raw]
+        covariances = ring.covariances(len(values) / rate_hz)
+        factors = factorise(covariances, rows, max(orders), weighting)
+        return covariances.scale, [poles_of(factors, n, rate_hz) for n in orders
+                                   if n <= len(factors.upper)]
+    return run, lambda raw: [Poles(p.order, p.frequency_hz, p.damping_ratio, p.shapes * raw[0])
+                             for p in raw[1]]
 
 
 def ours_spreads(values, rate_hz, rows, orders):
@@ -73,7 +75,7 @@ def ours_spreads(values, rate_hz, rows, orders):
         which = np.arange(len(p.mu))
         weights = lag_weights(*functionals(factors, p, which, rows))
         every.append((p, *pole_spreads(covariances, weights, p.mu, rate_hz)))
-    return every
+    return covariances.scale, every
 
 
 def pyoma2(kind):
@@ -208,8 +210,9 @@ def read_toolbox(raw):
 
 def read_ours_spreads(raw):
     """Turn our poles and spreads into the common form."""
-    return [Poles(p.order, p.frequency_hz, p.damping_ratio, p.shapes, sf, sx)
-            for p, sf, sx in raw]
+    scale, every = raw
+    return [Poles(p.order, p.frequency_hz, p.damping_ratio, p.shapes * scale, sf, sx)
+            for p, sf, sx in every]
 
 
 CORES = {

@@ -12,12 +12,11 @@ import os
 os.environ['TQDM_DISABLE'] = '1'       # the peers' progress bars must not cost them time
 
 import numpy as np  # noqa: E402
-from threadpoolctl import threadpool_limits  # noqa: E402
-
 from ssi_ros.identify import Identification, identify, Monitor  # noqa: E402
 from ssi_ros.identify.lags import Ring  # noqa: E402
 from ssi_ros.identify.realise import factorise, poles_of  # noqa: E402
 from ssi_ros.records import Samples  # noqa: E402
+from threadpoolctl import threadpool_limits  # noqa: E402
 from validation import report  # noqa: E402
 from validation.bench_data import modal_record, RATE_HZ, spacecraft  # noqa: E402
 from validation.bench_data import ten_modes, twin_arrays  # noqa: E402
