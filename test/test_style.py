@@ -4,7 +4,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
-NAMES = ('ssi_ros', 'blindgen', 'test', 'validation', 'launch', 'setup.py')
+NAMES = ('ssi_ros', 'blindgen', 'test', 'validation', 'launch', 'examples', 'setup.py')
 CHECKED = [str(ROOT / name) for name in NAMES]
 
 

@@ -36,7 +36,8 @@ def run(args):
     from ssi_ros.cli._options import Progress
     from ssi_ros.effects import load_configuration
     from ssi_ros.gap.check import match
-    from ssi_ros.report.bag_page import bag_page, samples_of, windows_of
+    from ssi_ros.report.bag_page import bag_page, windows_of
+    from ssi_ros.report.samples import samples_of
 
     output = args.output or args.bag.with_suffix('.html')
     spacecraft, present = load_configuration(args.model) if args.model else (None, ())

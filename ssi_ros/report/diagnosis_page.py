@@ -1,4 +1,5 @@
 """A diagnosis as one HTML page, or as Markdown."""
+from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.report.diagnosis_sections import diagnosis_sections, places_of, summary
 from ssi_ros.report.gap_view import gap_view
 from ssi_ros.report.markdown import markdown
@@ -35,7 +36,7 @@ def diagnosis_markdown(diagnosis, view=None, *, bag='BAG', model='MODEL.yaml'):
         found, view, places=places_of(diagnosis), bag=bag, model=model))
 
 
-def view_of(diagnosis, spacecraft, samples, settings, present=()):
+def view_of(diagnosis, spacecraft, samples, settings=DiagnosisSettings(), present=()):
     """Return the curves of a diagnosis; None where the record is too short for them."""
     built = getattr(diagnosis.candidates[0], 'built', ()) if diagnosis.candidates else ()
     if diagnosis.outcome == 'TOO_LITTLE_DATA':
