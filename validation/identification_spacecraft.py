@@ -4,6 +4,7 @@ Monte Carlo on the spacecraft: modes found, false modes, accuracy and spreads.
     python validation/identification_spacecraft.py --seeds 50 --window 600
 """
 import argparse
+import signal
 
 import numpy as np
 from ssi_ros.identify import Identification, identify
@@ -70,4 +71,5 @@ def main():
 
 
 if __name__ == '__main__':
+    signal.signal(signal.SIGPIPE, signal.SIG_DFL)      # a reader such as head may close early
     main()

@@ -5,9 +5,11 @@ A line is sharper than any damping that its pole claims; a mode is as broad as i
 Section 7 of docs/theory-identification.md. What the window is too short to resolve stays
 'undecided'.
 """
+from dataclasses import dataclass
+
 import numpy as np
 
-SEGMENTS = 64           # the window is demodulated in so many pieces: 64 spectral bins
+REACH = 64              # bins of 1 / T on either side of a peak that are looked at
 NEAR, FAR = 4, 14       # bins from the peak that make up its surroundings
 SURPRISE = 14.0         # a Gaussian peak exceeds its expectation by this once in 1e5 windows
 SHARP = 30.0            # peak over surroundings of an unresolved line
@@ -15,11 +17,36 @@ RESOLVED = 0.5          # half-power half-width in bins, above which a width is 
 WIDE = 1.5              # width in bins above which the shape of a peak is known
 LINE_DAMPING = 1e-3     # below the damping of a space structure, which is 0.2 % and more
 TYPICAL_DAMPING = 5e-3  # if not even the peak of this would be known, nothing is said
+APART = 6               # bins from the peak at which other lines are looked for
+ALONE = 3               # bins in which a line has fallen to its surroundings
+COMB = 3                # so many of them are a comb: the excitation itself is periodic
+STEADY = 20.0           # most by which the power of a running machine's line changes
 
 
-def sharpness(rows, rate_hz, frequencies_hz):
+@dataclass(frozen=True)
+class Peaks:
     """
-    Return how far the spectrum at each frequency stands above its surroundings.
+    What the spectrum of a window shows at some frequencies, one entry each.
+
+    Attributes
+    ----------
+    sharpness : ndarray, shape (p,)
+        Peak power within 2 bins of 1 / T over the median power 4 to 14 bins away, eq. (60).
+    comb : ndarray of bool, shape (p,)
+        Whether several other lines stand around it.
+    change : ndarray, shape (p,)
+        Power in the stronger half of the window over that in the weaker one.
+
+    """
+
+    sharpness: np.ndarray
+    comb: np.ndarray
+    change: np.ndarray
+
+
+def look(rows, rate_hz, frequencies_hz):
+    """
+    Look at the spectrum around some frequencies.
 
     Parameters
     ----------
@@ -32,26 +59,36 @@ def sharpness(rows, rate_hz, frequencies_hz):
 
     Returns
     -------
-    ndarray, shape (p,)
-        Peak power within 2 bins of 1 / T over the median power 4 to 14 bins away, eq. (60).
+    Peaks
 
     """
-    size = len(rows) // SEGMENTS
-    rows = np.nan_to_num(rows[:size * SEGMENTS])
-    scale = rows.std(axis=0)
-    rows = rows / np.where(scale > 0.0, scale, 1.0)
-    pieces = rows.reshape(SEGMENTS, size, -1)
-    turn = -2j * np.pi * np.asarray(frequencies_hz) / rate_hz
-    within = np.exp(np.outer(np.arange(size), turn))
-    slow = np.exp(np.outer(np.arange(SEGMENTS) * size, turn))
-    z = np.einsum('snl,np->slp', pieces, within, optimize=True) * slow[:, None, :]
-    z = z * np.hanning(SEGMENTS + 2)[1:-1, None, None]
-    power = np.fft.fftshift((np.abs(np.fft.fft(z, axis=0)) ** 2).sum(axis=1), axes=0)
-    centre = SEGMENTS // 2
-    peak = power[centre - 2:centre + 3].max(axis=0)
-    away = np.concatenate([power[centre - FAR:centre - NEAR + 1],
-                           power[centre + NEAR:centre + FAR + 1]])
-    return peak * np.log(2.0) / np.maximum(np.median(away, axis=0), 1e-300)
+    rows = rows.T.copy()
+    absent = np.isnan(rows)
+    if absent.any():
+        rows[absent] = 0.0
+    power = np.einsum('ln,ln->l', rows, rows)
+    lines = np.fft.rfft(rows)
+    size = rows.shape[1]
+    centre = np.rint(np.asarray(frequencies_hz) * size / rate_hz).astype(int)
+    at = (centre[:, None] + np.arange(-REACH - 1, REACH + 2)) % size
+    near = lines[:, np.minimum(at, size - at)]             # the upper half is mirrored
+    near = near / np.sqrt(np.where(power > 0.0, power, 1.0))[:, None, None]
+    hann = near[..., 1:-1] - 0.5 * (near[..., :-2] + near[..., 2:])
+    power = (hann.real ** 2 + hann.imag ** 2).sum(axis=0)
+    middle = REACH
+    peak = power[:, middle - 2:middle + 3].max(axis=1)
+    away = np.concatenate([power[:, middle - FAR:middle - NEAR + 1],
+                           power[:, middle + NEAR:middle + FAR + 1]], axis=1)
+    inner, around = power[:, ALONE:-ALONE], np.maximum(power[:, :-2 * ALONE], power[:, 2 * ALONE:])
+    tops = (inner > power[:, ALONE - 1:-ALONE - 1]) & (inner >= power[:, ALONE + 1:1 - ALONE])
+    tops &= inner > SURPRISE * np.maximum(around, np.median(power, axis=1)[:, None])
+    offset = np.arange(ALONE - REACH, REACH - ALONE + 1)
+    apart = (np.abs(offset) >= APART) & (centre[:, None] + offset > 0)
+    halves = (np.abs(np.fft.ifft(near[..., middle - 7:middle + 10], axis=-1)) ** 2).sum(axis=0)
+    first, second = halves[:, :8].sum(axis=1), halves[:, 9:].sum(axis=1)
+    return Peaks(peak * np.log(2.0) / np.maximum(np.median(away, axis=1), 1e-300),
+                 (tops & apart).sum(axis=1) >= COMB,
+                 np.maximum(first, second) / np.maximum(np.minimum(first, second), 1e-300))
 
 
 def expected_sharpness(width):
@@ -61,7 +98,7 @@ def expected_sharpness(width):
     return 1.0 + np.median(1.0 + (away / np.asarray(width)[..., None]) ** 2, axis=-1)
 
 
-def label(candidate, sharp, held_s):
+def label(candidate, sharp, held_s, comb=False, change=1.0):
     """
     Judge one candidate.
 
@@ -69,8 +106,8 @@ def label(candidate, sharp, held_s):
     ----------
     candidate : Candidate
         With frequency, damping and spreads.
-    sharp : float
-        From `sharpness`.
+    sharp, comb, change : float, bool, float
+        From `look`.
     held_s : float
         Length of the window [s].
 
@@ -85,14 +122,21 @@ def label(candidate, sharp, held_s):
     bins = candidate.frequency_hz * held_s          # bins of 1 / T in the frequency
     low = (candidate.damping_ratio - 2.0 * candidate.damping_ratio_std) * bins
     width = max(candidate.damping_ratio, 0.0) * bins
-    if candidate.damping_ratio < LINE_DAMPING and sharp > SHARP:
-        if width < RESOLVED and TYPICAL_DAMPING * bins > WIDE:
-            return 'input_line', f'no damping, and {sharp:.0f} times above its surroundings'
-    if width > WIDE and sharp > SURPRISE * expected_sharpness(width):
-        return 'input_line', (f'{sharp:.0f} times above its surroundings, sharper than its '
-                              'damping allows')
+    high = candidate.damping_ratio + 2.0 * candidate.damping_ratio_std
+    undamped = candidate.damping_ratio < LINE_DAMPING and (width < RESOLVED or high < LINE_DAMPING)
+    note = ''
+    if undamped and sharp > SHARP and TYPICAL_DAMPING * bins > WIDE:
+        note = f'no damping, and {sharp:.0f} times above its surroundings'
+    # where lines stand all around, each is sharp and none says anything about the peak they sample
+    elif not comb and width > WIDE and sharp > SURPRISE * expected_sharpness(width):
+        note = f'{sharp:.0f} times above its surroundings, sharper than its damping allows'
+    if note and change > STEADY:
+        return 'undecided', (f'its power changes {change:.0f} times within the window: a free '
+                             'decay, or a line that was switched')
+    if note:
+        return 'input_line', note
     if low > 0.0 and width > RESOLVED:
-        return 'structural', ''
+        return 'structural', 'the excitation is a comb of lines' if comb else ''
     if width > 3.0 and sharp < SURPRISE:
         return 'structural', ''
     return 'undecided', 'the window is too short to tell its width from a line'

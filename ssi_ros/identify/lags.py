@@ -81,6 +81,11 @@ class Covariances:
     counts: float
     pairs: np.ndarray
 
+    @property
+    def held_s(self):
+        """Length of what the data blocks hold [s]."""
+        return len(self.blocks) * self.block_s
+
     def of(self, channels):
         """Return the covariances of some of the channels, given by a mask."""
         if channels.all():
@@ -129,6 +134,11 @@ class Ring:
     def filled(self):
         """Return the number of hops that hold data."""
         return min(self.pushed, self.hops)
+
+    @property
+    def full(self):
+        """Tell whether every hop holds data."""
+        return self.pushed >= self.hops
 
     def covariances(self, hop_s, blocks_max=20):
         """

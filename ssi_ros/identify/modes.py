@@ -1,16 +1,22 @@
 """From the covariances of one band to its candidate modes, with spreads and reasons."""
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ssi_ros.identify.realise import factorise, noise_floor, poles_of
-from ssi_ros.identify.spread import functionals, lag_weights, pole_spreads
+from ssi_ros.identify.spread import block_spectra, spreads_of
 from ssi_ros.identify.stability import chain, hard_criteria, orders_to_try, verdict
 from ssi_ros.identify.traced import BandTrace
 from ssi_ros.records import Pole
 
 MEMBERS = 3             # orders that a mode is averaged over
-SPREAD_MAX = 0.015      # relative spread of frequency beyond which nothing was measured
+SPREAD_MAX = 0.01       # relative spread of frequency beyond which nothing was measured
+DAMPING_SPREAD = 0.01   # spread of damping beyond which a damping within it was not measured,
+EXCESS = 4.0            # or so many times the least that its cycles allow
+TYPICAL_DAMPING = 5e-3  # of a space structure
+NEGATIVE = 5e-4         # a line's damping may come out so far below 0, whatever its spread
+SHARE_MIN = 3e-4        # of the power of its band; sensors distort what is stronger by so much
+LINE_DAMPING = 1e-3     # poles below it may be lines, whose power is not the structure's
 FLOOR_MARGIN = 1.1      # noise correlations of a finite record scatter about their edge
 
 
@@ -25,12 +31,14 @@ class Candidate:
         [Hz].
     damping_ratio, damping_ratio_std : float
         [1].
-    shape : ndarray, shape (l,)
+    shape, shape_std : ndarray, shape (l,)
         Of the channels in their units, largest component 1.
     votes : int
         Orders in which it appeared.
     band : int
         Number of the band.
+    share : float
+        Of the power of the band without its lines, in the channel where it is largest.
 
     """
 
@@ -41,6 +49,8 @@ class Candidate:
     damping_ratio_std: float
     votes: int
     band: int
+    shape_std: np.ndarray = None
+    share: float = 1.0
 
 
 def band_modes(covariances, band, number, rows, settings):
@@ -77,26 +87,52 @@ def band_modes(covariances, band, number, rows, settings):
     if significant < 2:      # a mode needs two states
         return [], [], BandTrace(band.rate_hz, factors.singular_values, floor, ())
     orders = orders_to_try(significant, len(factors.singular_values), rank, settings.orders)
-    every = [poles_of(factors, n, band.rate_hz) for n in orders]
+    every = poles_of(factors, orders, band.rate_hz)
     reasons = [hard_criteria(p, band.low_hz, band.high_hz, settings.damping_max) for p in every]
-    usable = [np.array([k for k, r in enumerate(rs) if not r], dtype=int) for rs in reasons]
-    rejected = [Pole(float(p.frequency_hz[k]), float(p.damping_ratio[k]), p.order, r)
-                for p, rs in zip(every, reasons) for k, r in enumerate(rs) if r]
-    candidates, accepted, spreads = [], [], {}
+    usable = [np.array([k for k in range(len(p.mu)) if k not in r], dtype=int)
+              for p, r in zip(every, reasons)]
+    rejected = [Pole(float(p.frequency_hz[k]), float(p.damping_ratio[k]), p.order, why)
+                for p, r in zip(every, reasons) for k, why in r.items()]
+    stable = []
     for c in chain(every, usable):
         reason = verdict(c, orders, significant)
         if reason:
             rejected.extend(_poles(c, reason))
-            continue
-        candidate = _candidate(c, covariances, factors, rows, band, number, spreads)
-        if candidate.frequency_std_hz > SPREAD_MAX * candidate.frequency_hz:
-            rejected.extend(_poles(c, f'its frequency is spread over more than '
-                                      f'{100 * SPREAD_MAX:g} %'))
-            continue
-        candidates.append(candidate)
-        accepted.extend(_poles(c))
+        else:
+            stable.append(c)
+    candidates, accepted = [], []
+    found = _candidates(stable, orders, covariances, factors, rows, band, number)
+    for c, candidate in zip(stable, found):
+        reason = unbelievable(candidate, covariances.held_s)
+        if reason:
+            rejected.extend(_poles(c, reason))
+        else:
+            candidates.append(candidate)
+            accepted.extend(_poles(c))
     return candidates, rejected, BandTrace(band.rate_hz, factors.singular_values, floor,
                                            tuple(accepted))
+
+
+def unbelievable(c, held_s):
+    """
+    Return why the numbers of a candidate show that it is no mode and no line, or ''.
+
+    The least spread of a damping x from N cycles is sqrt(x / 2 pi N) (Gersch, Journal of the
+    American Statistical Association 69, 1974): a mode in noise stays near it, a fit to noise not.
+    """
+    x, sx = c.damping_ratio, c.damping_ratio_std          # a spread that is not known is NaN
+    told = f'{100 * x:.2f} +- {100 * sx:.2f} %'
+    if c.frequency_std_hz > SPREAD_MAX * c.frequency_hz:
+        return f'its frequency is spread over more than {100 * SPREAD_MAX:g} %'
+    if x < -(2.0 * sx + NEGATIVE):
+        return f'its damping is negative beyond its spread: {told}'
+    least = np.sqrt(TYPICAL_DAMPING / (2.0 * np.pi * c.frequency_hz * held_s))
+    if sx > min(DAMPING_SPREAD, EXCESS * least) and x < 1.5 * sx:
+        return f'its damping was not measured: {told}'
+    if c.share < SHARE_MIN and x > LINE_DAMPING:
+        return (f'it carries {c.share:.0e} of the power of its band; below {SHARE_MIN:g} the '
+                'distortion of what is stronger looks the same')
+    return ''
 
 
 def _poles(c, reason=''):
@@ -104,27 +140,53 @@ def _poles(c, reason=''):
             for p, k in c.members]
 
 
-def _candidate(c, covariances, factors, rows, band, number, spreads):
-    """Average the middle members of a chain, weighted by their spreads."""
+def _middle(c):
     middle = len(c.members) // 2
-    members = c.members[max(0, middle - MEMBERS // 2):middle + MEMBERS // 2 + 1]
-    rows_of = []
-    for poles, k in members:
-        if poles.order not in spreads:
-            which = np.flatnonzero((poles.frequency_hz >= band.low_hz)
-                                   & (poles.frequency_hz <= band.high_hz))
-            weights = lag_weights(*functionals(factors, poles, which, rows))
-            spreads[poles.order] = np.full((2, len(poles.mu)), np.nan)
-            spreads[poles.order][:, which] = pole_spreads(
-                covariances, weights, poles.mu[which], band.rate_hz)
-        sf, sx = spreads[poles.order]
-        rows_of.append((poles.frequency_hz[k], poles.damping_ratio[k], sf[k], sx[k]))
-    table = np.array(rows_of)
-    weight = 1.0 / np.maximum(np.nan_to_num(table[:, 2], nan=1.0), 1e-300) ** 2
-    weight /= weight.sum()
-    best = int(np.argmax(weight))
-    poles, k = members[best]
-    shape = poles.shapes[k] * np.where(covariances.scale > 0.0, covariances.scale, 1.0)
-    shape = shape / shape[np.argmax(np.abs(shape))]
-    f, x, sf, sx = weight @ table
-    return Candidate(float(f), float(x), shape, float(sf), float(sx), len(c.members), number)
+    return c.members[max(0, middle - MEMBERS // 2):middle + MEMBERS // 2 + 1]
+
+
+def _common_orders(chains, orders):
+    """Return for every chain the order that stands for it; few orders serve all chains."""
+    left, choice = set(range(len(chains))), {}
+    has = [{p.order for p, _ in _middle(c)} for c in chains]
+    while left:
+        best = max(orders, key=lambda n: sum(n in has[k] for k in left))
+        for k in [k for k in left if best in has[k]]:
+            choice[k] = best
+            left.remove(k)
+    return choice
+
+
+def _candidates(chains, orders, covariances, factors, rows, band, number):
+    """Average the middle members of every chain; shape and spreads are those of one of them."""
+    choice = _common_orders(chains, orders)
+    spectra = block_spectra(covariances, rows) if chains else None
+    scale = np.where(covariances.scale > 0.0, covariances.scale, 1.0)
+    out = [None] * len(chains)
+    for order in sorted(set(choice.values())):
+        own = [k for k in range(len(chains)) if choice[k] == order]
+        members = [next(m for m in _middle(chains[k]) if m[0].order == order) for k in own]
+        poles, which = members[0][0], np.array([k for _, k in members])
+        spreads = spreads_of(factors, poles, which, rows, spectra, band.rate_hz, scale)
+        shapes = poles.shapes[which] * scale
+        top = np.abs(shapes).argmax(axis=1)
+        largest = shapes[np.arange(len(own)), top][:, None]
+        shares = shares_of(factors, poles, which)
+        for j, k in enumerate(own):
+            f, x = np.mean([(p.frequency_hz[m], p.damping_ratio[m])
+                            for p, m in _middle(chains[k])], axis=0)
+            out[k] = Candidate(
+                float(f), float(x), (shapes / largest)[j], float(spreads.frequency_hz[j]),
+                float(spreads.damping_ratio[j]), len(chains[k].members), number,
+                spreads.shape[j], shares[j])
+    lines = [c.share for c in out if c.damping_ratio < LINE_DAMPING]
+    rest = np.maximum(1.0 - np.sum(lines, axis=0), 1e-6) if lines else 1.0
+    return [replace(c, share=float((c.share / rest).max())) for c in out]
+
+
+def shares_of(factors, poles, which):
+    """Return the share of each channel's variance that poles carry, (p, l), eq. (52)."""
+    own = poles.columns[which]
+    vectors = poles.vectors()
+    g = np.linalg.inv(vectors)[own] @ factors.last_input[:poles.order]
+    return 2.0 * np.abs((poles.raw_shapes()[which] * g / poles.mu[which][:, None]).real)

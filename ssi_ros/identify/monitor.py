@@ -5,11 +5,12 @@ Every result is computed from whole hops, so it does not depend on how the rows 
 """
 from collections import deque
 from dataclasses import replace
+import math
 
 import numpy as np
 
 from ssi_ros.identify.bands import plan_bands, Thinner
-from ssi_ros.identify.harmonics import label, sharpness
+from ssi_ros.identify.harmonics import label, look
 from ssi_ros.identify.lags import Ring
 from ssi_ros.identify.modes import band_modes
 from ssi_ros.identify.settings import Identification
@@ -23,6 +24,7 @@ BLAS = ThreadpoolController()     # more threads only slow these small matrices 
 CHANNELS_MAX = 64
 PRESENT_MIN = 0.5       # share of its samples that a channel must have
 WILD = 1e100            # no acceleration: its square would overflow
+BLOCKS = 20             # data blocks of a window, from whose scatter the spreads come
 SIZE = 120              # side l i of the covariance matrix that automatic block rows aim at
 
 
@@ -75,12 +77,15 @@ class Monitor:
         self.bands = plan_bands(self.rate_hz, settings.window_s, settings.cycles_min,
                                 settings.bands, settings.decimation)
         width = len(self.channels)
+        # spreads need data blocks: where hops are too few, each is booked in several pieces
+        self.pieces = int(np.clip(-(-BLOCKS // settings.hops), 1, max(1.0, settings.hop_s * rate)))
+        count = settings.hops * self.pieces
         self.thinners = [Thinner(b.factor, width) if b.factor > 1 else None for b in self.bands]
-        self.rings = [Ring(settings.hops, 2 * self.rows - 1, width) for _ in self.bands]
-        self.kept = [deque(maxlen=settings.hops) for _ in self.bands]
+        self.rings = [Ring(count, 2 * self.rows - 1, width) for _ in self.bands]
+        self.kept = [deque(maxlen=count) for _ in self.bands]
         self.waiting = np.empty((0, width))
         self.offset, self.wild = None, 0
-        self.hop = 0                       # whole hops taken in
+        self.taken = 0                     # whole pieces taken in
         self.tracks = Tracks()
 
     def push(self, values):
@@ -105,10 +110,11 @@ class Monitor:
         self.waiting = np.concatenate([self.waiting, values])
         results = []
         with BLAS.limit(limits=1):
-            while len(self.waiting) >= (size := self._edge(self.hop + 1) - self._edge(self.hop)):
+            while len(self.waiting) >= (
+                    size := self._row(self.taken + 1) - self._row(self.taken)):
                 rows, self.waiting = self.waiting[:size].copy(), self.waiting[size:]
                 self._take(rows)
-                if self.hop >= self.settings.hops:
+                if self.rings[0].full and self.taken % self.pieces == 0:
                     results.append(self._identify())
         return results
 
@@ -119,26 +125,26 @@ class Monitor:
 
     def too_short(self):
         """Return a window without modes that says how much longer the record must be."""
-        rows = self._edge(self.hop) + len(self.waiting)
+        rows = self._row(self.taken) + len(self.waiting)
         reason = (f'the record holds {rows / self.rate_hz:g} s; the window needs '
                   f'{self.settings.window_s:g} s: shorten window_s or record longer')
         end_ns = self.start_ns + round(rows * 1e9 / self.rate_hz)
         return WindowModes(self.start_ns, end_ns, (), reason)
 
-    def _edge(self, hop):
-        """Return the number of rows before a hop."""
-        return round(hop * self.settings.hop_s * self.rate_hz)
+    def _row(self, piece):
+        """Return the number of rows before a piece of a hop."""
+        return round(piece / self.pieces * self.settings.hop_s * self.rate_hz)
 
-    def _stamp(self, hop):
-        return self.start_ns + round(self._edge(hop) * 1e9 / self.rate_hz)
+    def _stamp(self, piece):
+        return self.start_ns + round(self._row(piece) * 1e9 / self.rate_hz)
 
     def _take(self, rows):
-        """Book one hop of rows in every band."""
+        """Book one piece of rows in every band."""
         usable = np.abs(rows) < WILD           # a NaN is not
         self.wild += int(np.count_nonzero(~usable & ~np.isnan(rows)))
         rows = np.where(usable, rows, np.nan)
         if self.offset is None:
-            # a large constant would cost digits; a median, or one wild sample of the first hop
+            # a large constant would cost digits; a median, or one wild sample of the beginning
             # would stay in every later row
             self.offset = np.zeros(rows.shape[1])
             there = ~np.isnan(rows).all(axis=0)
@@ -149,20 +155,20 @@ class Monitor:
                 rows = thinner.push(rows)
             ring.push(rows)
             kept.append(rows)
-        self.hop += 1
+        self.taken += 1
 
     def _identify(self, keep=True):
-        """Identify the window that ends with the newest whole hop."""
-        filled = self.rings[0].filled
-        held_s = filled * self.settings.hop_s
-        start_ns, end_ns = self._stamp(self.hop - filled), self._stamp(self.hop)
-        if filled == 0:
+        """Identify the window that ends with the newest piece."""
+        filled, piece_s = self.rings[0].filled, self.settings.hop_s / self.pieces
+        held_s = filled * piece_s
+        start_ns, end_ns = self._stamp(self.taken - filled), self._stamp(self.taken)
+        if filled < self.pieces:
             return WindowModes(start_ns, end_ns, (), f'no whole hop of {self.settings.hop_s:g} s '
                                'has arrived yet')
         reason = ''
-        if filled < self.settings.hops:
+        if not self.rings[0].full:
             reason = (f'the window holds {held_s:g} s of {self.settings.window_s:g} s')
-        first = self.rings[0].covariances(self.settings.hop_s)
+        first = self.rings[0].covariances(piece_s)
         live, why = self._live_channels(first)
         reason = '; '.join(filter(None, (reason, why)))
         candidates, rejected, traces = [], [], []
@@ -170,7 +176,7 @@ class Monitor:
             if not live.any():
                 break
             try:
-                covariances = ring.covariances(self.settings.hop_s) if number else first
+                covariances = ring.covariances(piece_s) if number else first
                 covariances = covariances.of(live)
                 found, left, trace = band_modes(covariances, band, number, self.rows,
                                                 self.settings)
@@ -194,7 +200,7 @@ class Monitor:
     def _live_channels(self, covariances):
         """Return which channels can be identified, and what is wrong with the others."""
         ring, offset = self.rings[0], self.offset
-        rows = self._edge(ring.filled) / self.settings.decimation
+        rows = self._row(ring.filled) / self.settings.decimation
         share = np.minimum(ring.present.sum(axis=0) / max(1.0, rows), 1.0)
         sparse = share < PRESENT_MIN
         flat = ~sparse & (covariances.scale <= 1e-9 * np.abs(offset))
@@ -220,11 +226,11 @@ class Monitor:
             own = [c for c in candidates if c.band == number]
             if not own:
                 continue
-            sharp = sharpness(np.concatenate(kept), band.rate_hz, [c.frequency_hz for c in own])
-            for c, s in zip(own, sharp):
-                word, note = label(c, s, held_s)
+            peaks = look(np.concatenate(kept), band.rate_hz, [c.frequency_hz for c in own])
+            for c, *seen in zip(own, peaks.sharpness, peaks.comb, peaks.change):
+                word, note = label(c, seen[0], held_s, *seen[1:])
                 modes.append(Mode(c.frequency_hz, c.damping_ratio, c.shape, c.frequency_std_hz,
-                                  c.damping_ratio_std, label=word, note=note))
+                                  c.damping_ratio_std, c.shape_std, label=word, note=note))
         return tuple(modes)
 
 
@@ -232,9 +238,9 @@ def spread_shape(candidate, live):
     """Return a candidate whose shape covers all channels, 0 where one was left out."""
     if live.all():
         return candidate
-    shape = np.zeros(len(live), dtype=complex)
-    shape[live] = candidate.shape
-    return replace(candidate, shape=shape)
+    shape, std = np.zeros(len(live), dtype=complex), np.full(len(live), np.nan)
+    shape[live], std[live] = candidate.shape, candidate.shape_std
+    return replace(candidate, shape=shape, shape_std=std)
 
 
 def one_of_each(candidates):
@@ -249,17 +255,21 @@ def one_of_each(candidates):
     """
     kept, double = [], []
     for c in sorted(candidates, key=lambda c: c.frequency_std_hz / c.frequency_hz):
-        same = [k for k in kept if k.band != c.band
-                and abs(k.frequency_hz - c.frequency_hz) < max(
-                    5.0 * np.nan_to_num(np.hypot(k.frequency_std_hz, c.frequency_std_hz)),
-                    0.002 * c.frequency_hz)
-                and mac(k.shape[None], c.shape[None])[0, 0] > 0.7]
-        if same:
-            double.append(Pole(c.frequency_hz, c.damping_ratio, 0,
-                               f'the band that found {same[0].frequency_hz:.4g} Hz is sharper'))
-        else:
+        same = next((k for k in kept if k.band != c.band and _alike(k, c)), None)
+        if same is None:
             kept.append(c)
+        else:
+            double.append(Pole(c.frequency_hz, c.damping_ratio, 0,
+                               f'the band that found {same.frequency_hz:.4g} Hz is sharper'))
     return kept, double
+
+
+def _alike(a, b):
+    """Tell whether two candidates of different bands are one mode."""
+    spread = math.hypot(a.frequency_std_hz, b.frequency_std_hz)
+    gate = max(0.0 if math.isnan(spread) else 5.0 * spread, 0.002 * b.frequency_hz)
+    return (abs(a.frequency_hz - b.frequency_hz) < gate
+            and mac(a.shape[None], b.shape[None])[0, 0] > 0.7)
 
 
 def identify(samples, settings=Identification(), progress=None):
@@ -283,9 +293,9 @@ def identify(samples, settings=Identification(), progress=None):
     """
     monitor = Monitor(samples.channels, samples.rate_hz, samples.start_ns, settings)
     total = int(samples.duration_s / settings.hop_s + 1e-9)
-    windows = []
+    windows, step = [], settings.hop_s * samples.rate_hz
     for hop in range(total):
-        windows += monitor.push(samples.values[monitor._edge(hop):monitor._edge(hop + 1)])
+        windows += monitor.push(samples.values[round(hop * step):round((hop + 1) * step)])
         if progress is not None:
             progress(hop + 1, total)
     if not windows:

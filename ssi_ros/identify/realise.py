@@ -6,7 +6,7 @@ Eq. (45) to (52) of docs/theory-identification.md. One factorisation serves all 
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import solve_triangular
+from scipy.linalg.blas import dtrsm
 from scipy.linalg.lapack import dgeev, dtrtrs
 
 RIDGE = 1e-9        # of the mean variance: keeps the Cholesky factor of noise-free data alive
@@ -63,10 +63,14 @@ class Poles:
         |lambda| / 2 pi and -Re(lambda) / |lambda|, eq. (51).
     shapes : ndarray, shape (p, l)
         C phi of the scaled channels, largest component 1.
-    vectors : ndarray, shape (n, n)
-        All eigenvectors phi, one a column.
+    real, imag : ndarray, shape (n,)
+        All eigenvalues, also real ones.
+    packed : ndarray, shape (n, n)
+        All eigenvectors as LAPACK stores them: of a pair first the real parts, then the imaginary.
+    output : ndarray, shape (l, n)
+        C of this order.
     columns : ndarray of int, shape (p,)
-        Which of them belong to these poles.
+        Which of the eigenvectors belong to these poles.
 
     """
 
@@ -75,12 +79,31 @@ class Poles:
     frequency_hz: np.ndarray
     damping_ratio: np.ndarray
     shapes: np.ndarray
-    vectors: np.ndarray
+    real: np.ndarray
+    imag: np.ndarray
+    packed: np.ndarray
+    output: np.ndarray
     columns: np.ndarray
 
-    def left(self):
-        """Return the rows chi^H with chi^H phi = 1, shape (p, n)."""
-        return np.linalg.inv(self.vectors)[self.columns]
+    def values(self):
+        """Return all eigenvalues, shape (n,), in the order of the eigenvectors."""
+        return self.real + 1j * self.imag
+
+    def vectors(self):
+        """Return all eigenvectors phi, shape (n, n), one a column."""
+        return _unpack(self.packed, self.columns)
+
+    def raw_shapes(self):
+        """Return C phi as it comes from the eigenvectors, shape (p, l)."""
+        pair = self.output @ self.packed
+        return (pair[:, self.columns] + 1j * pair[:, self.columns + 1]).T
+
+
+def _unpack(packed, columns):
+    vectors = packed.astype(complex)
+    vectors[:, columns] += 1j * packed[:, columns + 1]
+    vectors[:, columns + 1] = vectors[:, columns].conj()
+    return vectors
 
 
 def toeplitz(values, rows, first):
@@ -142,8 +165,7 @@ def factorise(covariances, rows, rank, weighting='cva'):
     t = toeplitz(values, rows, rows)
     if weighting == 'cva':
         w = _square_root(values, rows)
-        t = solve_triangular(w, t, lower=True, check_finite=False)
-        t = solve_triangular(w, t.T, lower=True, check_finite=False).T
+        t = dtrsm(1.0, w, dtrsm(1.0, w, t, lower=1), side=1, lower=1, trans_a=1)
     # the left subspace from t t^T costs half of an SVD; it is exact down to RANK
     squares, u = np.linalg.eigh(t @ t.T)
     squares, u = squares[::-1], u[:, ::-1]
@@ -155,7 +177,7 @@ def factorise(covariances, rows, rank, weighting='cva'):
     inputs = v / np.sqrt(s)
     if weighting == 'cva':
         gamma, delta = w @ gamma, w @ delta
-        inputs = solve_triangular(w, inputs, lower=True, trans='T', check_finite=False)
+        inputs = dtrsm(1.0, w, inputs, lower=1, trans_a=1)
     q, upper = np.linalg.qr(gamma[:-width])
     return Factors(gamma, inputs, delta[-width:].T, s, upper, q.T @ gamma[width:], q, width)
 
@@ -171,34 +193,48 @@ def noise_floor(rows, channels, pairs):
     return 2.0 * np.sqrt(c * (1.0 - c))
 
 
-def poles_of(factors, order, rate_hz):
+def poles_of(factors, orders, rate_hz):
     """
-    Return the poles of one model order, eq. (49) to (51).
+    Return the poles of some model orders, eq. (49) to (51).
 
     Parameters
     ----------
     factors : Factors
         Of the window.
-    order : int
-        Model order n, at most the columns of the factors.
+    orders : sequence of int
+        Model orders n, at most the columns of the factors.
     rate_hz : float
         Sampling rate of the band [Hz].
 
     Returns
     -------
-    Poles
+    list of Poles
+        One an order.
 
     """
-    n = order
-    a, _ = dtrtrs(factors.upper[:n, :n], factors.lower[:n, :n])
-    real, imag, _, packed, _ = dgeev(a, compute_vl=0)
+    solved, outputs = [], []
+    for n in orders:
+        a, _ = dtrtrs(factors.upper[:n, :n], factors.lower[:n, :n])
+        real, imag, _, packed, _ = dgeev(a, compute_vl=0, overwrite_a=1)
+        outputs.append(factors.observability[:factors.channels, :n] @ packed)
+        solved.append((real, imag, packed))
+    # the rest at once for all orders: these arrays are so short that calls are what they cost
+    real, imag = (np.concatenate([s[k] for s in solved]) for k in (0, 1))
     pairs = np.flatnonzero(imag > 0.0)        # LAPACK stores (re, im) of a pair side by side
-    vectors = packed.astype(complex)
-    vectors[:, pairs] += 1j * packed[:, pairs + 1]
-    vectors[:, pairs + 1] = vectors[:, pairs].conj()
+    output = np.concatenate(outputs, axis=1)
+    shapes = (output[:, pairs] + 1j * output[:, pairs + 1]).T
+    top = np.abs(shapes).argmax(axis=1)
+    shapes /= shapes[np.arange(len(pairs)), top][:, None]
     mu = real[pairs] + 1j * imag[pairs]
     lam = np.log(mu) * rate_hz
-    shapes = (factors.observability[:factors.channels, :n] @ vectors[:, pairs]).T
-    top = np.take_along_axis(shapes, np.abs(shapes).argmax(axis=1)[:, None], axis=1)
-    return Poles(n, mu, np.abs(lam) / (2.0 * np.pi), -lam.real / np.abs(lam), shapes / top,
-                 vectors, pairs)
+    radius = np.abs(lam)
+    frequency, damping = radius / (2.0 * np.pi), -lam.real / radius
+    starts = np.cumsum([0, *orders])
+    ends = np.searchsorted(pairs, starts)
+    every = []
+    for k, (n, (re, im, packed)) in enumerate(zip(orders, solved)):
+        own = slice(ends[k], ends[k + 1])
+        every.append(Poles(n, mu[own], frequency[own], damping[own], shapes[own], re, im, packed,
+                           factors.observability[:factors.channels, :n],
+                           pairs[own] - starts[k]))
+    return every

@@ -1,23 +1,45 @@
 """
 Spreads of frequency, damping and shape, to first order, in the space of the lags.
 
-A pole is a smooth function of the lag covariances. Its first-order change is one linear
-functional of them, of rank one in the Toeplitz matrix, eq. (53), so that it folds into one weight
-per lag, eq. (54). The data blocks then give the variance of a scalar, eq. (55) and (56). No
-Kronecker product and no covariance of covariances is formed. After Doehler and Mevel,
-Mechanical Systems and Signal Processing 38 (2013) 346-366; the folding is ours.
+A pole is a smooth function of the lag covariances, and so is its shape. Their first-order changes
+are linear functionals of rank one in the Toeplitz matrix, eq. (53), that share the right vector.
+The data blocks then give the variance of a scalar, eq. (55) and (56). No Kronecker product and no
+covariance of covariances is formed. After Doehler and Mevel, Mechanical Systems and Signal
+Processing 38 (2013) 346-366; that the functionals meet the blocks frequency by frequency is ours.
 
 The blocks count as independent although the energy of a lightly damped mode remembers longer than
 a block: a change of energy alone moves no pole, so the functional does not see that memory.
 """
+from dataclasses import dataclass
+
 import numpy as np
 
 BLOCKS_MIN = 4          # fewer data blocks say nothing about the scatter
 
 
+@dataclass(frozen=True)
+class Spreads:
+    """
+    Standard deviations of some poles, one entry each; NaN with fewer than 4 data blocks.
+
+    Attributes
+    ----------
+    frequency_hz, damping_ratio : ndarray, shape (p,)
+        Of frequency [Hz] and damping ratio [1].
+    shape : ndarray, shape (p, l)
+        Of the components of the shape, largest component 1: root of the mean square modulus of
+        their errors.
+
+    """
+
+    frequency_hz: np.ndarray
+    damping_ratio: np.ndarray
+    shape: np.ndarray
+
+
 def functionals(factors, poles, which, rows):
     """
-    Return the left and right vectors of the functional of every pole, eq. (53).
+    Return the vectors of the functionals of every pole and of its shape, eq. (53).
 
     Parameters
     ----------
@@ -32,76 +54,117 @@ def functionals(factors, poles, which, rows):
 
     Returns
     -------
-    a, b : ndarray, shape (p, i, l), complex
-        d mu = sum over block rows r, s of a_r^T dLambda_(i + r - s) b_s.
+    a : ndarray, shape (p, 1 + l, i, l), complex
+        Left vectors: first of mu, then of every component of C phi.
+    b : ndarray, shape (p, i, l), complex
+        Right vectors: d mu = sum over block rows r, s of a_r^T dLambda_(i + r - s) b_s.
 
     """
     n, width = poles.order, factors.channels
-    mu = poles.mu[which][:, None]
-    pick = np.linalg.solve(factors.upper[:n, :n].T, poles.left()[which].T).T
-    project = pick @ factors.q[:, :n].T
-    a = np.zeros((len(which), rows * width), dtype=complex)
-    a[:, width:] = project
-    a[:, :-width] -= mu * project
-    b = (factors.inputs[:, :n] @ poles.vectors[:, poles.columns[which]]).T
-    return a.reshape(-1, rows, width), b.reshape(-1, rows, width)
+    vectors, values = poles.vectors(), poles.values()
+    own = poles.columns[which]
+    mu = values[own]
+    # Gamma_up^+ dA phi = Gamma_up^+ (J_down - mu J_up) dT b in the coordinates of the poles
+    left = np.linalg.inv(vectors)
+    # reduced resolvent C (mu - A)^#: how a change of A turns the eigenvector
+    gap = mu[:, None] - values
+    gap[np.arange(len(own)), own] = np.inf
+    turn = (factors.observability[:width, :n] @ vectors)[None] / gap[:, None, :]
+    pick = np.concatenate([left[own][:, None, :], turn @ left], axis=1).reshape(-1, n)
+    pick = np.linalg.solve(factors.upper[:n, :n].T, pick.T).T
+    project = (pick @ factors.q[:, :n].T).reshape(len(own), 1 + width, -1)
+    a = np.zeros((len(own), 1 + width, rows * width), dtype=complex)
+    a[:, :, width:] = project
+    a[:, :, :-width] -= mu[:, None, None] * project
+    a[:, 1:, :width] += np.eye(width)            # C itself is the first block row
+    b = (factors.inputs[:, :n] @ vectors[:, own]).T
+    return a.reshape(len(own), 1 + width, rows, width), b.reshape(-1, rows, width)
 
 
-def lag_weights(a, b):
+def block_spectra(covariances, rows):
     """
-    Fold rank-one functionals of the Toeplitz matrix into weights of the lags, eq. (54).
-
-    Parameters
-    ----------
-    a, b : ndarray, shape (p, i, l), complex
-        From `functionals`.
+    Return the data blocks of lags 1 to 2 i - 1 over frequency, for `changes`.
 
     Returns
     -------
-    ndarray, shape (p, 2 i - 1, l, l), complex
-        g_k for k = 1 ... 2 i - 1: d mu = sum_k sum_cd g_k[c, d] dLambda_k[c, d].
+    ndarray, shape (2 i, l, l, m), complex
+        Conjugate transform over the lags, for m data blocks.
 
     """
-    rows = a.shape[1]
-    size = 2 * rows
-    ahead = np.fft.fft(a, size, axis=1)
-    back = np.fft.fft(b[:, ::-1], size, axis=1)      # reversed: the sum over r - s is a product
-    return np.fft.ifft(ahead[:, :, :, None] * back[:, :, None, :], axis=1)[:, :2 * rows - 1]
+    width = covariances.values.shape[1]
+    blocks = covariances.blocks.reshape(len(covariances.blocks), -1, width, width)
+    spectra = np.fft.fft(blocks[:, 1:2 * rows], 2 * rows, axis=1)
+    return np.ascontiguousarray(spectra.conj().transpose(1, 2, 3, 0))
 
 
-def pole_spreads(covariances, weights, mu, rate_hz):
+def changes(a, b, spectra):
     """
-    Return the spreads of frequency and damping of poles.
+    Return what the data blocks do to every functional, eq. (54) and (55).
 
     Parameters
     ----------
-    covariances : Covariances
-        With its data blocks.
-    weights : ndarray, shape (p, 2 i - 1, l, l)
-        From `lag_weights`.
-    mu : ndarray, shape (p,)
-        Discrete eigenvalues.
+    a, b : ndarray, shape (p, f, i, l) and (p, i, l), complex
+        From `functionals`.
+    spectra : ndarray, shape (2 i, l, l, m), complex
+        From `block_spectra`.
+
+    Returns
+    -------
+    ndarray, shape (p, f, m), complex
+
+    """
+    size, width, _, number = spectra.shape
+    # block row p and block column q meet lag i + p - q: a convolution once q counts backwards
+    ahead = np.fft.fft(a, size, axis=2)
+    back = np.fft.fft(b[:, ::-1], size, axis=1).transpose(1, 0, 2)          # (2 i, p, l)
+    right = spectra.transpose(0, 2, 1, 3).reshape(size, width, -1)
+    met = (back @ right).reshape(size, len(b), width, number).transpose(1, 0, 2, 3)
+    return ahead.reshape(*a.shape[:2], -1) @ met.reshape(len(b), -1, number) / size
+
+
+def spreads_of(factors, poles, which, rows, spectra, rate_hz, scale=1.0):
+    """
+    Return the spreads of poles of one order, eq. (56) and (57).
+
+    Parameters
+    ----------
+    factors, poles, which, rows
+        See `functionals`.
+    spectra : ndarray, shape (2 i, l, l, m)
+        From `block_spectra`.
     rate_hz : float
         Rate of the band [Hz].
+    scale : ndarray, shape (l,), optional
+        What the channels were divided by; the shapes are those of the channels before.
 
     Returns
     -------
-    frequency_std_hz, damping_ratio_std : ndarray, shape (p,)
-        Standard deviations, eq. (57); NaN with fewer than 4 blocks.
+    Spreads
 
     """
+    number, p = spectra.shape[-1], len(which)
+    if number < BLOCKS_MIN:
+        return Spreads(np.full(p, np.nan), np.full(p, np.nan),
+                       np.full((p, factors.channels), np.nan))
+    a, b = functionals(factors, poles, which, rows)
+    moved = changes(a, b, spectra)
+    mu = poles.mu[which]
     lam = np.log(mu) * rate_hz
-    p = len(mu)
-    if len(covariances.blocks) < BLOCKS_MIN:
-        return np.full(p, np.nan), np.full(p, np.nan)
-    lags = weights.shape[1]
-    size = weights.shape[2] ** 2
-    blocks = covariances.blocks[:, size:size * (lags + 1)]
-    changes = weights.reshape(p, -1) @ blocks.T
-    changes *= (rate_hz / mu)[:, None]                # d lambda = d mu / (mu dt)
+    d_lam = moved[:, 0] * (rate_hz / mu)[:, None]              # d lambda = d mu / (mu dt)
     radius = np.abs(lam)
-    df = (changes * lam.conj()[:, None]).real / radius[:, None] / (2.0 * np.pi)
+    df = (d_lam * lam.conj()[:, None]).real / radius[:, None] / (2.0 * np.pi)
     damping = -lam.real / radius
-    dx = (-changes.real - damping[:, None] * 2.0 * np.pi * df) / radius[:, None]
-    number = len(blocks)
-    return (np.sqrt(number * df.var(axis=1, ddof=1)), np.sqrt(number * dx.var(axis=1, ddof=1)))
+    dx = (-d_lam.real - damping[:, None] * 2.0 * np.pi * df) / radius[:, None]
+    psi = poles.raw_shapes()[which] * scale
+    d_psi = moved[:, 1:] * np.broadcast_to(scale, psi.shape)[:, :, None]
+    k, top = np.arange(p), np.abs(psi).argmax(axis=1)
+    largest = psi[k, top][:, None]
+    ds = d_psi - (psi / largest)[:, :, None] * d_psi[k, top][:, None, :]
+    return Spreads(_std(df), _std(dx), _std(ds / largest[:, :, None]))
+
+
+def _std(changes_of_blocks):
+    """Return the standard deviation of the sum over the blocks, the last axis."""
+    number = changes_of_blocks.shape[-1]
+    off = changes_of_blocks - changes_of_blocks.mean(axis=-1, keepdims=True)
+    return np.sqrt(number / (number - 1.0) * (off.real ** 2 + off.imag ** 2).sum(axis=-1))

@@ -28,12 +28,6 @@ class Chain:
     members: list
     first: int               # position of the first order in the list of orders
 
-    @property
-    def last(self):
-        """Return the newest pole: (frequency, damping, shape)."""
-        poles, k = self.members[-1]
-        return poles.frequency_hz[k], poles.damping_ratio[k], poles.shapes[k]
-
 
 def orders_to_try(significant, rank, order_max, count):
     """
@@ -67,20 +61,18 @@ def hard_criteria(poles, low_hz, high_hz, damping_max):
 
     Returns
     -------
-    list of str
-        The reason why a pole cannot be a mode, '' where it can.
+    dict
+        The reason why a pole cannot be a mode, by its index.
 
     """
-    reasons = []
-    for f, x in zip(poles.frequency_hz, poles.damping_ratio):
-        if not low_hz <= f <= high_hz:
-            reasons.append(f'outside {low_hz:.4g} to {high_hz:.4g} Hz, the range of its band')
-        elif x > damping_max:
-            reasons.append(f'damping ratio above {damping_max:g}')
-        elif x < -0.01:
-            reasons.append('unstable: negative damping')
-        else:
-            reasons.append('')
+    f, x = poles.frequency_hz, poles.damping_ratio
+    outside = (f < low_hz) | (f > high_hz)
+    reasons = dict.fromkeys(np.flatnonzero(outside).tolist(),
+                            f'outside {low_hz:.4g} to {high_hz:.4g} Hz, the range of its band')
+    for k in np.flatnonzero(~outside & (x > damping_max)).tolist():
+        reasons[k] = f'damping ratio above {damping_max:g}'
+    for k in np.flatnonzero(~outside & (x < -0.01)).tolist():
+        reasons[k] = 'unstable: negative damping'
     return reasons
 
 
@@ -101,23 +93,28 @@ def chain(all_poles, usable):
 
     """
     chains = []
+    f, x, shapes = np.empty(0), np.empty(0), None          # of the newest pole of every chain
     for position, (poles, picks) in enumerate(zip(all_poles, usable)):
-        taken = np.zeros(len(picks), dtype=bool)
-        if chains and len(picks):
-            last = [c.last for c in chains]
-            f = np.array([v[0] for v in last])[:, None]
-            x = np.array([v[1] for v in last])[:, None]
-            likeness = mac(np.array([v[2] for v in last]), poles.shapes[picks])
-            step = np.abs(poles.frequency_hz[picks] - f) / f
+        if not len(picks):
+            continue
+        own_f, own_x = poles.frequency_hz[picks], poles.damping_ratio[picks]
+        own_shapes, free = poles.shapes[picks], np.ones(len(picks), dtype=bool)
+        if chains:
+            likeness = mac(shapes, own_shapes)
+            step = np.abs(own_f - f[:, None]) / f[:, None]
             cost = (step / COST_FREQUENCY + 1.0 - likeness
-                    + np.abs(poles.damping_ratio[picks] - x) / COST_DAMPING)
+                    + np.abs(own_x - x[:, None]) / COST_DAMPING)
             barred = (step > FREQUENCY_STEP) | (likeness < MAC_STEP)
             cost[barred] = 1e3
-            for c, k in zip(*linear_sum_assignment(cost)):
-                if not barred[c, k]:
-                    chains[c].members.append((poles, picks[k]))
-                    taken[k] = True
-        chains.extend(Chain([(poles, k)], position) for k in picks[~taken])
+            c, k = linear_sum_assignment(cost)
+            fits = ~barred[c, k]
+            c, k = c[fits], k[fits]
+            f[c], x[c], shapes[c], free[k] = own_f[k], own_x[k], own_shapes[k], False
+            for one, pole in zip(c.tolist(), picks[k].tolist()):
+                chains[one].members.append((poles, pole))
+        chains.extend(Chain([(poles, k)], position) for k in picks[free].tolist())
+        f, x = np.concatenate([f, own_f[free]]), np.concatenate([x, own_x[free]])
+        shapes = own_shapes[free] if shapes is None else np.concatenate([shapes, own_shapes[free]])
     return chains
 
 

@@ -55,7 +55,8 @@ def modes_message(window, slots=None):
             f'{m.frequency_hz:.4f} Hz, damping {100 * m.damping_ratio:.2f} %, {m.label}',
             identity=m.identity, slot=slots.get(m.identity, -1), label=m.label,
             **{name: float(getattr(m, name)) for name in SERIES},
-            shape=json.dumps([[z.real, z.imag] for z in m.shape.tolist()]), note=m.note))
+            shape=json.dumps([[z.real, z.imag] for z in m.shape.tolist()]),
+            shape_std=json.dumps(m.shape_std.tolist()), note=m.note))
     msg = DiagnosticArray(status=out)
     msg.header.stamp = time_of(window.end_ns)
     return msg
@@ -66,6 +67,7 @@ def window_of(msg):
     head, *rest = ({kv.key: kv.value for kv in s.values} for s in msg.status)
     modes = [Mode(identity=int(v['identity']), label=v['label'], note=v['note'],
                   shape=[complex(re, im) for re, im in json.loads(v['shape'])],
+                  shape_std=json.loads(v['shape_std']) if 'shape_std' in v else None,
                   **{name: float(v[name]) for name in SERIES}) for v in rest]
     return WindowModes(int(head['start_ns']), int(head['end_ns']), tuple(modes), head['reason'],
                        births=tuple(json.loads(head['births'])),
