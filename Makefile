@@ -5,7 +5,7 @@ BIN = $(VENV)/bin
 export ROS_AUTOMATIC_DISCOVERY_RANGE = LOCALHOST
 export ROS_PYTHON_CHECK_FIELDS = 1
 
-.PHONY: help demo test lint bench lock bench-lock clean
+.PHONY: help demo test docs lint bench lock bench-lock clean
 help:  ## show the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 12
 
@@ -23,6 +23,12 @@ demo: $(VENV)/.ready  ## simulate, identify live, record to MCAP, replay, compar
 
 test: $(VENV)/.ready  ## all tests
 	@$(BIN)/python -m pytest test
+
+docs: $(VENV)/.ready  ## make the reference from the code, and the site in build/site
+	@$(BIN)/python -m ssi_ros.ros.reference docs/reference >/dev/null
+	@$(BIN)/ssi_ros effects --markdown > docs/effects.md
+	@NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --quiet
+	@echo "open build/site/index.html"
 
 lint: $(VENV)/.ready  ## style only
 	@$(BIN)/python -m pytest -q test/test_style.py test/test_architecture.py
