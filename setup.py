@@ -4,7 +4,7 @@ from glob import glob
 from setuptools import find_packages, setup
 
 package_name = 'ssi_ros'
-nodes = ('simulator', 'identifier', 'recorder', 'player', 'bridge')
+nodes = ('simulator', 'identifier', 'recorder', 'player', 'bridge', 'gap')
 
 setup(
     name=package_name,

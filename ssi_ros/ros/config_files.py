@@ -8,6 +8,7 @@ import sys
 
 from ssi_ros.quantity import quantities
 from ssi_ros.ros.bridge_node import BridgeNode
+from ssi_ros.ros.gap_node import GapNode
 from ssi_ros.ros.identifier_node import IdentifierNode
 from ssi_ros.ros.player_node import PlayerNode
 from ssi_ros.ros.recorder_node import RecorderNode
@@ -15,7 +16,8 @@ from ssi_ros.ros.simulator_node import SimulatorNode
 import yaml
 
 NODES = {'simulator': SimulatorNode, 'identifier': IdentifierNode,
-         'recorder': RecorderNode, 'player': PlayerNode, 'bridge': BridgeNode}
+         'recorder': RecorderNode, 'player': PlayerNode, 'bridge': BridgeNode,
+         'gap': GapNode}
 
 
 def parameter_file(node):

@@ -8,13 +8,14 @@ RECEIPT_TOLERANCE = 0.2     # and if it is stamped by receipt, whose times are u
 def identifier(node, sources, publishers, worker, up_s):
     """Return the statuses of the identifier: one a channel, one for the identification."""
     grid = worker.grid
-    out = [_channel(node, source, n, grid.counts[i], grid.rate_hz, up_s)
+    out = [channel(node, source, n, grid.counts[i], grid.rate_hz, up_s)
            for i, (source, n) in enumerate(zip(sources, publishers))]
     out.append(_identification(node, grid, worker, up_s))
     return out
 
 
-def _channel(node, source, publishers, count, grid_rate_hz, up_s):
+def channel(node, source, publishers, count, grid_rate_hz, up_s):
+    """Return the status of one channel: what arrives, at which rate, what is missing."""
     level, text = 'ok', f'{count.rate_hz:.2f} Hz'
     lost = count.missing + count.late
     tolerance = RECEIPT_TOLERANCE if source.by_receive_time else RATE_TOLERANCE

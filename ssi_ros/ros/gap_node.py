@@ -1,0 +1,290 @@
+"""
+Gap node: accelerometers in, how far they are from the model out, with an alarm and a diagnosis.
+
+A timer reads the samples into rows; a worker thread runs the meter of `ssi_ros.gap.live` on
+sliding windows; `~/diagnose` runs the full analysis of the last samples in a process of its own,
+so that no sample waits for it. On a replayed bag the results are those of the live run.
+"""
+from dataclasses import dataclass
+import json
+import queue
+import threading
+import time
+
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from ssi_ros.effects import load_configuration
+from ssi_ros.gap.background import Background
+from ssi_ros.gap.live import order_of
+from ssi_ros.gap.live_model import LiveSettings, prepare
+from ssi_ros.gap.live_stream import LastRows, LiveStream
+from ssi_ros.gap.settings import load_settings
+from ssi_ros.quantity import quantity
+from ssi_ros.ros import health
+from ssi_ros.ros.gap_messages import alarm_status, where_message
+from ssi_ros.ros.identifier_settings import SampleInput
+from ssi_ros.ros.intake import Intake
+from ssi_ros.ros.messages import status
+from ssi_ros.ros.node import run, StageNode
+from std_msgs.msg import Bool, Float64, String
+from std_srvs.srv import Trigger
+
+LOOK_S = 0.2              # how often a running diagnosis is looked at
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+@dataclass(frozen=True)
+class GapTask:
+    """What the samples are compared with."""
+
+    model: str = quantity('', live=False, doc='spacecraft YAML of the nominal simulator; empty = '
+                          'the one that comes with the package')
+    record_s: float = quantity(600.0, unit='s', low=10.0, high=86400.0, live=False,
+                               doc='length of the record kept for ~/diagnose')
+    diagnosis: str = quantity('', live=False, doc='settings of ~/diagnose, YAML as '
+                              'config/diagnosis.yaml; empty = the defaults')
+    pairs: bool = quantity(True, live=False, doc='let ~/diagnose look for two effects at once')
+
+
+class GapNode(StageNode):
+    """Measure the gap of the accelerometers to a model."""
+
+    settings_classes = (SampleInput, GapTask, LiveSettings)
+
+    def __init__(self, **kwargs):
+        super().__init__('gap', **kwargs)
+        self._publishers_made, self._services = [], []
+        self._intake = self._worker = self._look = self._last = None
+        self._background, self._waiting = Background(), []
+
+    def configure(self, source, task, settings):
+        """Read the model, subscribe, advertise, and start the worker."""
+        self._spacecraft, self._present = load_configuration(task.model or None)
+        self._diagnosis = load_settings(task.diagnosis or None)
+        self._intake = Intake(self, source, self._spacecraft.rate_hz, self._take)
+        names = [n.rsplit('/', 1)[-1] for n in self._intake.names]
+        order_of(self._spacecraft, names)
+        self._numbers = {n: self._advertise(Float64, f'~/{n}', 100)
+                         for n in ('gap', 'floor', 'deviations')}
+        self._where = self._advertise(DiagnosticArray, '~/where', 100)
+        self._alarm = self._advertise(Bool, '~/alarm', LATCHED)
+        self._answer = self._advertise(String, '~/diagnosis', LATCHED)
+        diagnose = self.create_service(Trigger, '~/diagnose', lambda request, response: response)
+        # the answer is sent when the diagnosis is there; until then nothing waits in a callback
+        self._reply = diagnose.send_response
+        diagnose.send_response = self._diagnose
+        self._services = [diagnose, self.create_service(Trigger, '~/reset_alarm', self._reset)]
+        self._names, self._task = names, task
+        self._worker = Worker(self, names, settings)
+        self._look = self.every(LOOK_S, self._look_at_diagnosis)
+
+    def _advertise(self, message_class, topic, qos):
+        publisher = self.create_lifecycle_publisher(message_class, topic, qos)
+        self._publishers_made.append(publisher)
+        return publisher
+
+    def activate(self):
+        """Let the samples in."""
+        self._intake.begin()
+        self._last = LastRows(self._names, self._spacecraft.rate_hz, self._task.record_s)
+        self._worker.begin()
+        self._alarm.publish(Bool(data=False))
+        self._intake.open()
+
+    def deactivate(self):
+        """Keep the samples out; the window begins anew after the next activation."""
+        if self._intake is not None:
+            self._intake.close()
+
+    def cleanup(self):
+        """Release all that `configure` created."""
+        self._background.stop()
+        self._finish('failed', 'the node was stopped')
+        if self._look is not None:
+            self.destroy_timer(self._look)
+        if self._intake is not None:
+            self._intake.release()
+        if self._worker is not None:
+            self._worker.stop()
+        for publisher in self._publishers_made:
+            self.destroy_lifecycle_publisher(publisher)
+        for service in self._services:
+            self.destroy_service(service)
+        self._publishers_made, self._services = [], []
+        self._intake = self._worker = self._look = None
+
+    def settings_changed(self, source, task, settings):
+        """Take another alarm rate or share of missing rows."""
+        self._worker.change(settings)
+
+    def _take(self, rows):
+        self._last.push(rows)
+        self._worker.rows.put(rows)
+
+    def publish(self, update):
+        """Publish one window; called by the worker."""
+        if not self._intake.is_open:
+            return
+        for name, value in (('gap', update.value), ('floor', update.floor),
+                            ('deviations', update.deviations)):
+            self._numbers[name].publish(Float64(data=float(value)))
+        self._where.publish(where_message(update))
+        if update.raised_ns == update.end_ns:
+            self._alarm.publish(Bool(data=True))
+            self.get_logger().warning(f'alarm: the samples have left the model ({update.cause}), '
+                                      f'window ending at {update.end_ns * 1e-9:.3f} s; call '
+                                      '~/diagnose for the cause, ~/reset_alarm to watch anew')
+
+    def _reset(self, request, response):
+        response.success = self._worker.acknowledge()
+        response.message = ('the alarm is quiet and watches anew' if response.success else
+                            'no alarm was raised')
+        if response.success:
+            self._alarm.publish(Bool(data=False))
+        return response
+
+    def _diagnose(self, response, header):
+        """Begin the diagnosis that a caller waits for."""
+        record = None if self._last is None else self._last.samples()
+        if self._background.busy:
+            why = (f'a diagnosis runs, {100 * self._background.share:.0f} % done; its answer will '
+                   'be on ~/diagnosis')
+        elif record is None:
+            why = 'no samples yet: is the simulator or the player running?'
+        else:
+            self._waiting.append((response, header))
+            self._background.start(self._spacecraft, record, self._diagnosis,
+                                   present=self._present, pairs=self.settings[1].pairs)
+            self.get_logger().info(f'diagnosing the last {record.duration_s:.0f} s')
+            return
+        response.success, response.message = False, why
+        self._reply(response, header)
+
+    def _look_at_diagnosis(self):
+        if self._background.busy:
+            answer = self._background.poll()
+            if answer is not None:
+                self._finish(*answer)
+
+    def _finish(self, kind, found):
+        """Send the answer of a diagnosis to the topic and to whoever asked."""
+        text = json.dumps(found) if kind == 'done' else found
+        if kind == 'done':
+            self._answer.publish(String(data=text))
+            self.get_logger().info(f'{found["outcome"]}: {found["reason"]}')
+        waiting, self._waiting = self._waiting, []
+        for response, header in waiting:
+            response.success, response.message = kind == 'done', text
+            self._reply(response, header)
+
+    def health(self):
+        """Tell of every channel, of the meter and of the alarm."""
+        intake, up_s = self._intake, time.monotonic() - self._intake.began
+        out = [health.channel(self.get_name(), source, n, intake.grid.counts[i],
+                              intake.grid.rate_hz, up_s)
+               for i, (source, n) in enumerate(zip(intake.sources, intake.publishers()))]
+        return out + self._worker.health(self.get_name(), self._background)
+
+
+class Worker:
+    """The thread that measures, and what it works on."""
+
+    def __init__(self, node, names, settings):
+        self.node, self.names, self.settings = node, names, settings
+        self.lock = threading.Lock()
+        self.rows = queue.SimpleQueue()
+        self.share, self.fault, self.model, self.stream = 0.0, '', None, None
+        self.updates, self.compute_s, self.last = 0, 0.0, None
+        self.stopping = False
+        self.thread = threading.Thread(target=self._work, daemon=True)
+        self.thread.start()
+
+    def begin(self):
+        """Begin anew with the next sample, the alarm too."""
+        with self.lock:
+            self.stream = None
+
+    def change(self, settings):
+        """Take settings that do not shape the window."""
+        with self.lock:
+            self.settings = settings
+            if self.stream is not None:
+                self.stream.change(settings)
+
+    def acknowledge(self):
+        """Take the alarm back; return whether there was one."""
+        with self.lock:
+            raised = self.stream is not None and self.stream.meter.alarm.raised_ns is not None
+            if raised:
+                self.stream.meter.acknowledge()
+                self.last = None
+        return raised
+
+    def stop(self):
+        """End the thread."""
+        self.stopping = True
+        self.rows.put(None)
+        self.thread.join(timeout=10.0)
+
+    def _work(self):
+        try:
+            self.model = prepare(self.node._spacecraft, self.settings, present=self.node._present,
+                                 progress=self._progress)
+        except Exception as error:      # the node tells by its health, and goes on
+            if self.stopping:
+                return
+            self.fault = f'the meter cannot be prepared: {error}'
+            self.node.get_logger().error(self.fault)
+        while (rows := self.rows.get()) is not None:
+            if self.model is not None:
+                self._take(rows)
+
+    def _progress(self, share):
+        self.share = share
+        if self.stopping:
+            raise ValueError('the node was stopped')
+
+    def _take(self, rows):
+        before = time.thread_time()
+        updates = []
+        try:
+            with self.lock:
+                if self.stream is None:
+                    self.stream = LiveStream(self.model, self.names, self.settings)
+                updates = self.stream.push(rows)
+        except Exception as error:      # a node never dies of data: say it, go on
+            self.node.get_logger().error(f'a hop could not be measured ({type(error).__name__}: '
+                                         f'{error}); the window begins anew')
+            self.begin()
+        for update in updates:
+            self.updates += 1
+            self.compute_s = (time.thread_time() - before) / len(updates)
+            self.last = update
+            self.node.publish(update)
+
+    def health(self, node, background):
+        """Return the statuses of meter and alarm."""
+        last, level, text = self.last, 'ok', 'no whole hop yet'
+        if self.fault:
+            level, text = 'error', self.fault
+        elif self.model is None:
+            level, text = 'warn', f'preparing the templates, {100 * self.share:.0f} %'
+        elif last is not None:
+            level = 'warn' if last.reason else 'ok'
+            text = last.reason or f'{last.deviations:+.1f} sd above the floor'
+        doing = f'{100 * background.share:.0f} %' if background.busy else 'none'
+        out = [status(f'{node}: gap', level, text, updates=self.updates, diagnosis=doing,
+                      compute_s=float(self.compute_s), rows_waiting=self.rows.qsize(),
+                      load=float(self.compute_s / self.settings.hop_s))]
+        if last is not None:
+            out.append(alarm_status(f'{node}: alarm', last))
+        return out
+
+
+def main(args=None):
+    """Run the node until SIGINT or SIGTERM."""
+    return run(GapNode, args)
+
+
+if __name__ == '__main__':
+    raise SystemExit(main())
