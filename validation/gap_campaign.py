@@ -1,84 +1,217 @@
 """
-Measure the diagnosis on the package's own simulator: false alarms, confusion, sizes, shrinkage.
+Measure the diagnosis on the package's own simulator, with nuisances on every record.
 
-    python -m validation.gap_campaign null 400 > null.txt
-    python -m validation.gap_campaign effects 2 > effects.txt
+    python -m validation.gap_campaign null 400 --out null.jsonl
+    python -m validation.gap_campaign singles 90 --out singles.jsonl
+    python -m validation.gap_campaign pairs 20 --out pairs.jsonl
+    python -m validation.gap_campaign summary singles.jsonl
+
+Every record: level +-3 dB, noise +-20 %, gain of each channel +-0.02 %, stiffness of each array
++-0.01 %, all uniform. Sizes are in units of d', the deviations by which an oracle would see them.
 """
-import sys
+import argparse
+from dataclasses import replace
+import json
 import time
 
 import numpy as np
 
-from ssi_ros.effects import inject, parse_effect, simulate_setup
+from ssi_ros.effects import effect_class, inject, library, simulate_setup
+from ssi_ros.gap.candidate import places
 from ssi_ros.gap.diagnose import diagnose
+from ssi_ros.gap.fit import fit, Simulator
+from ssi_ros.gap.likelihood import Evidence
+from ssi_ros.gap.scores import make_templates, score
+from ssi_ros.gap.settings import DiagnosisSettings
+from ssi_ros.gap.spectra import make_frame, spectra
+from ssi_ros.gap.tolerance import no_tolerance
+from ssi_ros.gap.torque import reconstruct
 from ssi_ros.model import load_spacecraft
 
 SECONDS = 600.0
-CASES = (
-    'excitation_colour:corner_hz=40', 'harmonic_disturbance:frequency_hz=12.345,torque_n_m=0.3',
-    'wheel_speed_sweep:start_hz=4,end_hz=14,torque_n_m=0.5',
-    'impulsive_events:rate_per_min=6,impulse_n_m_s=0.05',
-    'nonstationary_excitation:depth=0.5,period_s=120', 'stiffness_scale:scale=0.99',
-    'array_asymmetry:array=E2,scale=0.99', 'damping_scale:scale=1.4', 'hub_inertia:scale=1.1',
-    'added_mass:array=E1,mass_kg=0.2,along_m=6,lateral_m=0.5',
-    'hinge_compliance:array=E2,stiffness_n_m_rad=1e5',
-    'hinge_freeplay:array=E1,gap_rad=1e-5,stiffness_n_m_rad=1e5',
-    'hinge_friction:array=E1,torque_n_m=0.05,stiffness_n_m_rad=1e5',
-    'cubic_stiffness:array=E2,k3_n_m_rad3=1e13,stiffness_n_m_rad=1e5',
-    'stiffness_drift:change=0.02',
-    'fuel_slosh:mass_kg=20,frequency_hz=0.9,damping_ratio=0.02,arm_m=1',
-    'attitude_controller:bandwidth_hz=0.1,damping_ratio=0.7',
-    'gyroscopic_coupling:momentum_n_m_s=80', 'sensor_gain:channel=e2_a,scale=1.02',
-    'sensor_crosstalk:source=e2_a,channel=e1_a,gain=0.03',
-    'sensor_misplacement:channel=e1_b,along_m=-0.15,lateral_m=0.05',
-    'sensor_noise:channel=e1_b,scale=1.3',
-    'sensor_drift:channel=e1_a,rms_m_s2=0.003,time_constant_s=5', 'quantisation:step_m_s2=0.001',
-    'saturation:limit_m_s2=0.1', 'sensor_bandwidth:channel=all,corner_hz=40',
-    'channel_delay:channel=e1_b,delay_s=0.001', 'clock_rate:ppm=2000',
-    'timestamp_jitter:rms_s=0.001', 'dropped_samples:fraction=0.02')
+DETECTION = (2.0, 4.0, 8.0, 16.0)
+SURE = 4.0              # d' from which a diagnosis is asked to be right
 
 
-def null(runs):
-    """Print how often a right model is called wrong."""
-    spacecraft = load_spacecraft()
-    setup = inject(spacecraft, (), SECONDS)
-    alarms, values = 0, []
-    for seed in range(runs):
-        found = diagnose(spacecraft, simulate_setup(setup, 10_000 + seed), pairs=False)
-        alarms += found.outcome != 'WITHIN_FLOOR'
-        values.append(found.gap['p_value'])
-        deviations = (found.gap['before'] - found.gap['floor']) / found.gap['floor_std']
-        print(f'{seed} {found.outcome} p={found.gap["p_value"]:.3g} sd={deviations:.2f}',
-              flush=True)
-    print(f'{alarms} alarms in {runs} runs ({100 * alarms / runs:.2f} %); quantiles of p at 1, 5, '
-          f'10, 50 %: {np.quantile(values, [0.01, 0.05, 0.1, 0.5]).round(3)}')
+class Oracle:
+    """What an effect of a size would add to a record, before the record exists."""
+
+    def __init__(self, spacecraft):
+        self.spacecraft, self.settings = spacecraft, DiagnosisSettings()
+        rows = round(SECONDS * spacecraft.rate_hz)
+        self.frame = make_frame(rows, spacecraft.rate_hz, self.settings)
+        self.simulator = Simulator(spacecraft, self.frame, SECONDS)
+        samples = simulate_setup(inject(spacecraft, (), SECONDS), 1)
+        self.evidence = Evidence(self.frame, spectra(samples, self.frame),
+                                 tuple(range(self.frame.pieces)))
+        self.nominal = fit(self.simulator, self.evidence)
+        self.torque = reconstruct(self.simulator, self.nominal, samples, self.settings)
+        self.free = no_tolerance(self.frame, len(spacecraft.sensors))
+
+    def detection(self, effect):
+        """Return d' of an effect."""
+        templates = make_templates(self.simulator, [effect])
+        return float(score(templates, self.nominal, self.evidence, self.free).detection[0])
+
+    def gain_at(self, frequency_hz):
+        """Return what a unit torque at a frequency adds to the whitened torque."""
+        bins = self.torque.first + np.arange(len(self.torque.gain))
+        return np.interp(frequency_hz, bins * self.torque.rate_hz / self.torque.rows,
+                         self.torque.gain)
 
 
-def effects(seeds):
-    """Print verdict, size, shrinkage and time of every case and seed."""
-    spacecraft = load_spacecraft()
-    right = total = 0
-    for case in CASES:
-        effect = parse_effect(case)
-        for seed in range(seeds):
-            samples = simulate_setup(inject(spacecraft, [effect], SECONDS), 20_000 + seed)
-            begin = time.perf_counter()
-            found = diagnose(spacecraft, samples)
-            took = time.perf_counter() - begin
-            top = found.candidates[0]
-            named = effect.name in found.verdict['effects']
-            right, total = right + named, total + 1
-            key = f'{effect.name}.{effect.size}'
-            size = top.parameters.get(key)
-            size = f'{size.value:.5g} +- {size.std:.2g}' if size else '-'
-            rivals = [c for c in found.candidates if c.built and effect.name not in c.effects]
-            rival = max(rivals, key=lambda c: np.nan_to_num(c.closed, nan=-9), default=None)
-            rival = f'{"+".join(rival.effects)} {rival.closed:.2f}' if rival else '-'
-            print(f'| {effect.text()} | {found.outcome} | {" + ".join(top.effects)} | '
-                  f'{found.verdict["probability"]:.2f} | {size} | {top.closed:.2f} | {rival} | '
-                  f'{took:.1f} |', flush=True)
-    print(f'{right} of {total} named')
+def draw(rng, oracle, name, detection):
+    """Return an effect with random place and numbers at a size of so many deviations."""
+    cls = effect_class(name)
+    place = list(places(cls, oracle.spacecraft))
+    place = place[rng.integers(len(place))] if place else {}
+    coherent = np.sum(oracle.torque.taper)
+    if name == 'harmonic_disturbance':
+        f = rng.uniform(0.8, 40.0)
+        return cls(frequency_hz=f,
+                   torque_n_m=np.sqrt(2) * detection / oracle.gain_at(f) / coherent)
+    if name == 'wheel_speed_sweep':
+        start, end = rng.uniform(1.0, 30.0, 2)
+        mean = np.sqrt(np.mean(oracle.gain_at(np.linspace(start, end, 200)) ** 2))
+        return cls(start_hz=start, end_hz=end, torque_n_m=np.sqrt(2) * detection / mean / coherent)
+    if name == 'impulsive_events':
+        rate = rng.uniform(1.0, 8.0)
+        through = np.sqrt(2 * np.sum(oracle.torque.gain ** 2)) * oracle.torque.taper.max()
+        height = max(detection, 4.0)
+        return cls(rate_per_min=rate, impulse_n_m_s=height / through / oracle.torque.rate_hz)
+    if name == 'nonstationary_excitation':
+        return cls(period_s=np.exp(rng.uniform(np.log(20), np.log(600))),
+                   depth=detection / np.sqrt(SECONDS * oracle.spacecraft.rate_hz) * 1.0)
+    if name == 'quantisation':
+        return cls(step_m_s2=10 ** rng.uniform(-3.7, -2.7))
+    if name == 'saturation':
+        return cls(limit_m_s2=rng.uniform(0.06, 0.1))
+    if name == 'dropped_samples':
+        return cls(fraction=10 ** rng.uniform(-3, -1.3))
+    low = {k: (v[rng.integers(len(v))] if k == cls.size else rng.uniform(min(v), max(v) + 1e-12))
+           for k, v in cls.starts.items()}
+    if name in ('hinge_freeplay', 'hinge_friction', 'cubic_stiffness'):
+        return hinge(rng, cls, place, detection)
+    effect = cls(**place, **low)
+    size = next(f for f in effect.numbers() if f.name == cls.size)
+    for _ in range(6):
+        now = getattr(effect, cls.size)
+        ratio = detection / max(oracle.detection(effect), 1e-9)
+        if abs(np.log(ratio)) < 0.02:
+            break
+        if np.isfinite(size.default):
+            value = size.default + np.clip(ratio, 0.05, 20) * (now - size.default)
+        else:
+            # a corner acts by its inverse square, a hinge by its inverse
+            value = now / np.clip(ratio, 0.05, 20) ** (0.5 if 'corner' in cls.size else 1.0)
+        effect = replace(effect, **{cls.size: min(max(value, size.metadata['low']),
+                                                  size.metadata['high'])})
+    return effect
+
+
+def hinge(rng, cls, place, detection):
+    """Return a nonlinear hinge, sized by its give over that of the clamp."""
+    stiffness = 10 ** rng.uniform(5.0, 6.0)
+    give = detection / 16
+    size = {'gap_rad': 3e-6, 'torque_n_m': 0.1, 'k3_n_m_rad3': 1e14}[cls.size] * give
+    return cls(**place, stiffness_n_m_rad=stiffness, **{cls.size: size * 1e5 / stiffness})
+
+
+def record(rng, oracle, effects, seed):
+    """Simulate effects with the nuisances of the head of this file."""
+    level = 10 ** (rng.uniform(-3, 3) / 20)
+    craft = oracle.spacecraft
+    excitation = replace(craft.excitation, process_noise_rms=craft.excitation.process_noise_rms
+                         * level, torque_rms_n_m=tuple(
+                             t * level for t in craft.excitation.torque_rms_n_m))
+    craft = replace(craft, excitation=excitation,
+                    noise_rms_m_s2=craft.noise_rms_m_s2 * rng.uniform(0.8, 1.2))
+    gain, stiff = effect_class('sensor_gain'), effect_class('array_asymmetry')
+    small = [gain(channel=s.name, scale=1 + rng.uniform(-2e-4, 2e-4)) for s in craft.sensors]
+    small += [stiff(array=a.name, scale=1 + rng.uniform(-1e-4, 1e-4)) for a in craft.arrays]
+    return simulate_setup(inject(craft, [*small, *effects], SECONDS), seed)
+
+
+def run(kind, count, out, first):
+    """Write one line of JSON for every case."""
+    oracle = Oracle(load_spacecraft())
+    names = list(library())
+    for case in range(first, first + count):
+        rng = np.random.default_rng(1000 * {'null': 1, 'singles': 2, 'pairs': 3}[kind] + case)
+        detection = DETECTION[(case // len(names)) % len(DETECTION)]
+        effects = []
+        if kind == 'singles':
+            effects = [draw(rng, oracle, names[case % len(names)], detection)]
+        elif kind == 'pairs':
+            two = rng.choice(len(names), 2, replace=False)
+            detection = 10.0
+            effects = [draw(rng, oracle, names[i], detection) for i in two]
+        try:
+            samples = record(rng, oracle, effects, 50_000 + case)
+        except ValueError as error:
+            print(f'{case}: {error}', flush=True)
+            continue
+        begin = time.perf_counter()
+        found = diagnose(oracle.spacecraft, samples, pairs=kind != 'null')
+        line = {'case': case, 'detection': detection if effects else 0.0,
+                'effects': [e.name for e in effects], 'texts': [e.text() for e in effects],
+                'truth': {f'{e.name}.{f.name}': getattr(e, f.name) for e in effects
+                          for f in e.numbers()},
+                'seconds': time.perf_counter() - begin, **found.to_json()}
+        line['where'] = {'site': line['where']['site']}
+        out.write(json.dumps(line) + '\n')
+        out.flush()
+        top = ' ; '.join(f'{"+".join(c["effects"])} {c["probability"]:.2f}'
+                         for c in line['candidates'][:3])
+        print(f'{case} d={line["detection"]:g} {" ".join(line["texts"])} -> {found.outcome} '
+              f'p={found.gap["p_value"]:.1e} {line["seconds"]:.0f}s {top}', flush=True)
+
+
+def summary(path):
+    """Print the scores of a file of cases."""
+    with open(path) as file:
+        cases = [json.loads(line) for line in file]
+    quiet = [c for c in cases if not c['effects']]
+    if quiet:
+        print(f'false alarms {sum(c["outcome"] != "WITHIN_FLOOR" for c in quiet)} of {len(quiet)}')
+    for detection in sorted({c['detection'] for c in cases if c['effects']}):
+        some = [c for c in cases if c['effects'] and c['detection'] == detection]
+        seen = [c for c in some if c['outcome'] != 'WITHIN_FLOOR']
+        right = [c for c in some if sorted(c['verdict']['effects']) == sorted(c['effects'])]
+        alike = [c for c in some if set(c['effects']) <= set(c['verdict']['class'])]
+        three = [c for c in some if any(sorted(k['effects']) == sorted(c['effects'])
+                                        for k in c['candidates'][:3])]
+        flagged = [c for c in some if c['outcome'] == 'UNEXPLAINED']
+        print(f"d'={detection:g}: {len(some)} cases, seen {len(seen)}, strict {len(right)}, "
+              f'class {len(alike)}, top 3 {len(three)}, unexplained {len(flagged)}')
+    values = inside = 0
+    for c in cases:
+        for k in c['candidates'][:1]:
+            if sorted(k['effects']) == sorted(c['effects']):
+                for name, v in k['parameters'].items():
+                    if v['low90'] is not None and name in c['truth']:
+                        values += 1
+                        inside += v['low90'] <= c['truth'][name] <= v['high90']
+    if values:
+        print(f'90 % intervals cover {inside} of {values}')
+    print(f'seconds: median {np.median([c["seconds"] for c in cases]):.1f}, '
+          f'largest {max(c["seconds"] for c in cases):.1f}')
+
+
+def main():
+    """Read the command line."""
+    parser = argparse.ArgumentParser(description=__doc__.strip().splitlines()[0])
+    parser.add_argument('kind', choices=('null', 'singles', 'pairs', 'summary'))
+    parser.add_argument('what', help='number of cases, or a file to sum up')
+    parser.add_argument('--out', default='gap_campaign.jsonl')
+    parser.add_argument('--first', type=int, default=0, help='number of the first case')
+    args = parser.parse_args()
+    if args.kind == 'summary':
+        summary(args.what)
+        return
+    with open(args.out, 'a') as out:
+        run(args.kind, int(args.what), out, args.first)
 
 
 if __name__ == '__main__':
-    {'null': null, 'effects': effects}[sys.argv[1]](int(sys.argv[2]))
+    main()

@@ -14,7 +14,7 @@ class ArrayAsymmetry(Effect):
     site = Site.STRUCTURE
     size = 'scale'
     reference = 'Leissa, J. Sound Vib. 31(3) 1973: Omega^2 is proportional to D'
-    starts = {'scale': (0.99, 1.01)}
+    starts = {'scale': (0.998, 1.002)}
 
     array: str = quantity('E1', doc='array')
     scale: float = quantity(1.0, low=0.3, high=3.0, doc='D of this array over its nominal value')

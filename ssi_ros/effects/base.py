@@ -64,7 +64,8 @@ class Effect:
 
     Class attributes: `name`, `site`, `size` (the quantity that is null when there is no effect),
     `reference` (where the physics is written), `starts` (values from which a fit begins, and which
-    score the effect), `spectral` (whether the expected spectrum shows it), `nonlinear`.
+    score the effect), `spectral` (whether the expected spectrum tells its numbers; if not, a sign
+    of the samples or of the torque does), `nonlinear`.
     """
 
     name = ''

@@ -14,7 +14,7 @@ class ChannelDelay(Effect):
     site = Site.SENSOR
     size = 'delay_s'
     reference = 'shift theorem, on the band below half of the rate'
-    starts = {'delay_s': (-2e-3, 2e-3)}
+    starts = {'delay_s': (-2e-4, 2e-4)}
 
     channel: str = quantity('e1_a', doc='channel')
     delay_s: float = quantity(0.0, unit='s', low=-1.0, high=1.0, doc='delay')

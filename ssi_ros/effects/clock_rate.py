@@ -13,7 +13,7 @@ class ClockRate(Effect):
     site = Site.TIMING
     size = 'ppm'
     reference = 'IEEE Std 1139 (frequency offset of an oscillator)'
-    starts = {'ppm': (-2000.0, 2000.0)}
+    starts = {'ppm': (-500.0, 500.0)}
 
     ppm: float = quantity(0.0, unit='1e-6', low=-3e5, high=3e5, doc='period over nominal, less 1')
 

@@ -13,7 +13,7 @@ class DampingScale(Effect):
     site = Site.STRUCTURE
     size = 'scale'
     reference = 'paper, eq. (3b)'
-    starts = {'scale': (0.7, 1.5)}
+    starts = {'scale': (0.9, 1.1)}
 
     scale: float = quantity(1.0, low=0.05, high=20.0, doc='damping ratios over their nominal')
 

@@ -14,7 +14,7 @@ class ExcitationColour(Effect):
     site = Site.EXCITATION
     size = 'corner_hz'
     reference = 'paper, section 4.2 (shaping filter)'
-    starts = {'corner_hz': (30.0, 8.0)}
+    starts = {'corner_hz': (300.0, 60.0, 12.0)}
 
     corner_hz: float = quantity(float('inf'), unit='Hz', low=0.01, doc='corner of the low-pass')
 

@@ -13,7 +13,7 @@ class GyroscopicCoupling(Effect):
     site = Site.STRUCTURE
     size = 'momentum_n_m_s'
     reference = 'paper, eq. (3a), with stored momentum; docs/theory.md, section 3'
-    starts = {'momentum_n_m_s': (-50.0, 50.0)}
+    starts = {'momentum_n_m_s': (-15.0, 15.0)}
 
     momentum_n_m_s: float = quantity(0.0, unit='N m s', low=-1e5, high=1e5, doc='along z_b')
 

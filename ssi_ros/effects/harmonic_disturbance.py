@@ -14,6 +14,7 @@ class HarmonicDisturbance(Effect):
     size = 'torque_n_m'
     reference = 'paper, section 5.1 (white noise + sine)'
     starts = {'frequency_hz': (1.0, 5.0, 12.0, 25.0), 'torque_n_m': (0.01,)}
+    spectral = False
 
     frequency_hz: float = quantity(10.0, unit='Hz', low=0.05, high=1e4, doc='frequency')
     torque_n_m: float = quantity(0.0, unit='N m', low=0.0, high=1e4, doc='amplitude')

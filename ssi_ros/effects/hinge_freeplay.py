@@ -15,7 +15,7 @@ class HingeFreeplay(Effect):
     site = Site.STRUCTURE
     size = 'gap_rad'
     reference = 'docs/theory.md, eq. (38)'
-    starts = {'gap_rad': (1e-6,), 'stiffness_n_m_rad': (1e5, 1e4)}
+    starts = {'gap_rad': (3e-7,), 'stiffness_n_m_rad': (1e6, 1e5)}
     nonlinear = True
 
     array: str = quantity('E1', doc='array')

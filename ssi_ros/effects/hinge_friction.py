@@ -15,7 +15,7 @@ class HingeFriction(Effect):
     site = Site.STRUCTURE
     size = 'torque_n_m'
     reference = 'docs/theory.md, eq. (38)'
-    starts = {'torque_n_m': (0.02,), 'stiffness_n_m_rad': (1e5, 1e4)}
+    starts = {'torque_n_m': (0.01,), 'stiffness_n_m_rad': (1e6, 1e5)}
     nonlinear = True
 
     array: str = quantity('E1', doc='array')

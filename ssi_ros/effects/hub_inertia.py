@@ -15,7 +15,7 @@ class HubInertia(Effect):
     site = Site.STRUCTURE
     size = 'scale'
     reference = 'paper, eq. (3a)'
-    starts = {'scale': (0.95, 1.05)}
+    starts = {'scale': (0.98, 1.02)}
 
     scale: float = quantity(1.0, low=0.1, high=10.0, doc='inertia over its nominal value')
 

@@ -15,6 +15,7 @@ class NonstationaryExcitation(Effect):
     size = 'depth'
     reference = 'amplitude modulation of a stationary process'
     starts = {'depth': (0.3,), 'period_s': (60.0, 120.0, 300.0)}
+    spectral = False
 
     depth: float = quantity(0.0, low=0.0, high=1.0, doc='relative swing of the level')
     period_s: float = quantity(120.0, unit='s', low=1.0, high=1e5, doc='period of the level')

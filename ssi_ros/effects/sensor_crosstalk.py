@@ -14,7 +14,7 @@ class SensorCrosstalk(Effect):
     site = Site.SENSOR
     size = 'gain'
     reference = 'cross-channel sensitivity, IEEE Std 1293'
-    starts = {'gain': (-0.01, 0.01)}
+    starts = {'gain': (-3e-3, 3e-3)}
 
     source: str = quantity('e1_b', doc='channel that is picked up')
     channel: str = quantity('e1_a', doc='channel that picks up')

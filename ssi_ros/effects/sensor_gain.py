@@ -14,7 +14,7 @@ class SensorGain(Effect):
     site = Site.SENSOR
     size = 'scale'
     reference = 'scale-factor error, IEEE Std 1293'
-    starts = {'scale': (0.99, 1.01)}
+    starts = {'scale': (0.998, 1.002)}
 
     channel: str = quantity('e1_a', doc='channel')
     scale: float = quantity(1.0, low=0.0, high=20.0, doc='gain over its nominal value')

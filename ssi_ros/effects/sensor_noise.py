@@ -15,7 +15,7 @@ class SensorNoise(Effect):
     site = Site.SENSOR
     size = 'scale'
     reference = 'paper, section 3 (measurement noise v)'
-    starts = {'scale': (0.8, 1.5)}
+    starts = {'scale': (0.85, 1.15)}
 
     channel: str = quantity('e1_a', doc='channel')
     scale: float = quantity(1.0, low=0.0, high=1e3, doc='noise rms over its nominal value')

@@ -13,7 +13,7 @@ class StiffnessDrift(Effect):
     site = Site.STRUCTURE
     size = 'change'
     reference = 'Leissa, J. Sound Vib. 31(3) 1973, with D a function of time'
-    starts = {'change': (-0.02, 0.02)}
+    starts = {'change': (-0.005, 0.005)}
 
     change: float = quantity(0.0, low=-0.7, high=2.0, doc='relative change of D by the end')
 

@@ -14,7 +14,7 @@ class StiffnessScale(Effect):
     site = Site.STRUCTURE
     size = 'scale'
     reference = 'Leissa, J. Sound Vib. 31(3) 1973: Omega^2 is proportional to D'
-    starts = {'scale': (0.99, 1.01)}
+    starts = {'scale': (0.998, 1.002)}
 
     scale: float = quantity(1.0, low=0.3, high=3.0, doc='D over its nominal value')
 

@@ -14,6 +14,7 @@ class WheelSpeedSweep(Effect):
     size = 'torque_n_m'
     reference = 'NASA TP-3556 (Hubble, disturbances); form: linear chirp'
     starts = {'start_hz': (2.0, 10.0), 'end_hz': (10.0, 25.0), 'torque_n_m': (0.05,)}
+    spectral = False
 
     start_hz: float = quantity(5.0, unit='Hz', low=0.05, high=1e4, doc='first frequency')
     end_hz: float = quantity(15.0, unit='Hz', low=0.05, high=1e4, doc='last frequency')

@@ -13,7 +13,7 @@ from ssi_ros.gap.tolerance import no_tolerance
 STEPS = 12
 ENOUGH = 0.02           # gain of the log likelihood below which a fit stops
 PROBE = 1e-3            # share of the coordinate's scale for a difference quotient
-LONGEST = 1.0           # step of a logarithm
+LONGEST = 1.5           # step of a logarithm
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,35 +1,48 @@
 """What a record can tell before it exists: sizes seen, effects alike; eq. (114) and (115)."""
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ssi_ros.effects import library
-from ssi_ros.gap.candidate import Candidate, starting_points
+from ssi_ros.gap.candidate import Candidate, places, starting_points
+from ssi_ros.gap.conclude import separate_by
 from ssi_ros.gap.fit import Simulator
-from ssi_ros.gap.scores import make_templates
+from ssi_ros.gap.scores import make_templates, promise
+from ssi_ros.gap.search import at_size
 from ssi_ros.gap.settings import DiagnosisSettings
-from ssi_ros.gap.spectra import make_frame
+from ssi_ros.gap.spectra import make_frame, whole_frame
+from ssi_ros.gap.tolerance import tolerances
+from ssi_ros.gap.torque import EDGE_S, torque_filter
+
+SEEN = 4.0              # d' of the size that counts as seen
 
 
 @dataclass(frozen=True)
 class Visible:
     """
-    How well an effect at one place and size can be seen.
+    How well an effect at one place can be seen.
 
     Attributes
     ----------
     effect : Effect
         At the starting value that was probed.
     detection : float
-        d', the mean of its score in standard deviations; about 4 is a sure detection.
+        d', the mean of its score in standard deviations; NaN for signs of the samples (steps,
+        rails, losses), which show at any size.
+    seen : Effect or None
+        At the size of d' = 4, as far as a straight line leads there.
     alike : tuple of (str, float)
         Effects with the largest cosines of their scores, largest first.
+    separate_by : tuple of str
+        What would part it from those that are tied with it.
 
     """
 
     effect: object
     detection: float
+    seen: object
     alike: tuple
+    separate_by: tuple = ()
 
 
 def identifiability(spacecraft, duration_s, settings=DiagnosisSettings(), progress=None):
@@ -43,7 +56,7 @@ def identifiability(spacecraft, duration_s, settings=DiagnosisSettings(), progre
     duration_s : float
         Length of the record [s].
     settings : DiagnosisSettings
-        Pieces and band.
+        Pieces, band, tolerances.
     progress : callable, optional
         Called with the share done, 0 to 1.
 
@@ -58,32 +71,57 @@ def identifiability(spacecraft, duration_s, settings=DiagnosisSettings(), progre
         If so short a record cannot be cut, with the length needed.
 
     """
-    frame = make_frame(round(duration_s * spacecraft.rate_hz), spacecraft.rate_hz, settings)
+    rows = round(duration_s * spacecraft.rate_hz)
+    frame = make_frame(rows, spacecraft.rate_hz, settings)
     simulator = Simulator(spacecraft, frame, duration_s)
-    plain = simulator.expected(Candidate())
-    templates = make_templates(
-        simulator, plain.at(np.ones(len(plain.names))), plain.shares,
-        starting_points(library().values(), spacecraft), progress)
-    information = np.einsum('tk,tk->t', templates.mean, templates.mean) * frame.pieces
-    for i, swing in templates.swing.items():
-        information[i] += np.sum(swing ** 2)
-    size = np.sqrt(np.maximum(information, 1e-30))
-    product = frame.pieces * (templates.mean @ templates.mean.T).astype(float)
-    for i, swing in templates.swing.items():
-        for j, other in templates.swing.items():
-            product[i, j] += np.sum(swing * other)
-    cosine = product / np.outer(size, size)
-    detection = size / np.sqrt(frame.crowding)
+    templates = make_templates(simulator, starting_points(library().values(), spacecraft),
+                               progress)
+    nominal = simulator.expected(Candidate())
+    tolerance = tolerances(simulator, Candidate(), np.ones(len(nominal.names)), settings)
+    detection, cosine = promise(templates, nominal, frame, tolerance)
     groups = {}
     for i, e in enumerate(templates.effects):
         groups.setdefault((e.name, *(getattr(e, f.name) for f in e.words())), []).append(i)
     names = np.array([e.name for e in templates.effects])
-    found = []
-    for (name, *_), rows in groups.items():
-        best = max(rows, key=lambda i: detection[i])
+    found = {}
+    for (name, *_), members in groups.items():
+        best = max(members, key=lambda i: detection[i])
         # an effect is as much alike as its most alike starting value
-        likeness = np.abs(cosine[rows]).max(axis=0)
+        likeness = np.abs(cosine[members]).max(axis=0)
         near = {n: float(likeness[names == n].max()) for n in set(names) if n != name}
         closest = sorted(near.items(), key=lambda pair: -pair[1])[:3]
-        found.append(Visible(templates.effects[best], float(detection[best]), tuple(closest)))
-    return tuple(found)
+        tied = [n for n, c in closest if c > settings.tie_cosine]
+        effect = templates.effects[best]
+        found.setdefault(name, []).append(Visible(
+            effect, float(detection[best]),
+            at_size(effect, SEEN / max(detection[best], 1e-9)), tuple(closest),
+            separate_by([name, *tied])))
+    return tuple(v for cls in library().values()
+                 for v in found.get(cls.name) or _by_signs(cls, simulator, rows, settings))
+
+
+def _by_signs(cls, simulator, rows, settings):
+    """Return what the torque or the samples would show of an effect without a template."""
+    spacecraft = simulator.spacecraft
+    words = next(places(cls, spacecraft), {}) if cls.words() else {}
+    effect = cls(**words, **{k: v[len(v) // 2] for k, v in cls.starts.items()})
+    detection = float('nan')
+    if cls.name in ('harmonic_disturbance', 'wheel_speed_sweep', 'impulsive_events'):
+        frame = whole_frame(rows, spacecraft.rate_hz, settings, EDGE_S, np.ones(rows, bool))
+        levels = np.ones(len(simulator.expected(Candidate()).names))
+        gain = torque_filter(simulator, Candidate(), levels, frame)[1]
+        if cls.name == 'impulsive_events':
+            # of one pulse; the number of pulses adds to it
+            detection = effect.impulse_n_m_s * spacecraft.rate_hz * np.sqrt(
+                2 * np.sum(gain ** 2)) * frame.taper.max()
+        else:
+            low, high = ((effect.frequency_hz,) * 2 if cls.name == 'harmonic_disturbance'
+                         else sorted((effect.start_hz, effect.end_hz)))
+            at = np.interp(np.linspace(low, high, 200), frame.frequencies_hz, gain ** 2).mean()
+            detection = effect.torque_n_m * np.sqrt(at / 2) * np.sum(frame.taper)
+    elif cls.name == 'nonstationary_excitation':
+        detection = effect.depth * np.sqrt(rows)
+    seen = None
+    if np.isfinite(detection):
+        seen = replace(effect, **{cls.size: getattr(effect, cls.size) * SEEN / detection})
+    return [Visible(effect, float(detection), seen, ())]

@@ -1,39 +1,48 @@
-"""Rank fitted candidates by what they say of data that their fit did not see, eq. (112), (113)."""
+"""
+Rank fitted candidates: evidence of the record, held-out gap, probabilities; eq. (112) and (113).
+
+The evidence is the likelihood at the fit less what the candidate's freedom costs (Laplace), so
+that four numbers do not win by their number.
+"""
 from dataclasses import dataclass
 
 import numpy as np
 
+from ssi_ros.effects.base import is_log
 from ssi_ros.gap.fit import Fit, fit
-from ssi_ros.gap.likelihood import log_likelihood
 from ssi_ros.gap.meter import measure
 
 REFIT_STEPS = 3
 BLOCK = 8               # bands that the bootstrap keeps together
 DRAWS = 400
+DECADES = 6.0           # nats that the logarithm of an unknown size may lie in
+SINGLE, PAIR = 0.6, 0.1         # prior odds to "something else", 0.1, and to no effect, 0.2
+UNKNOWN, NONE = 0.1, 0.2
+SHARP = 0.15            # a: how seldom something unknown leaves a p-value that is not small
 
 
 @dataclass(frozen=True, eq=False)
 class Ranked:
     """
-    A fitted candidate and its trial on held-out pieces.
+    A fitted candidate and what speaks for it.
 
     Attributes
     ----------
     fit : Fit
         Of all pieces.
-    held_out : float
-        Log likelihood of the pieces that each of two fits did not see.
-    gaps : tuple of Gap
-        On those pieces.
     bonus : float
-        Log odds of a sign that no spectrum shows.
+        Log likelihood of signs that the spectrum does not show.
+    places : int
+        Among how many places the effects' were chosen.
+    held_out : tuple of Gap
+        On the pieces that each of two fits did not see; empty before `try_held_out`.
 
     """
 
     fit: Fit
-    held_out: float
-    gaps: tuple
     bonus: float = 0.0
+    places: int = 1
+    held_out: tuple = ()
 
     @property
     def names(self):
@@ -41,20 +50,52 @@ class Ranked:
         return self.fit.candidate.names
 
     @property
+    def evidence(self):
+        """Log evidence, eq. (112)."""
+        return (self.fit.likelihood + self.bonus - np.log(self.places)
+                + occam(self.fit.candidate, self.fit.covariance))
+
+    @property
     def value(self):
         """Held-out gap, mean of the two folds [nats]."""
-        return float(np.mean([g.value for g in self.gaps]))
+        return float(np.mean([g.value for g in self.held_out]))
 
     @property
     def deviations(self):
         """How many standard deviations the held-out gap is above its floor."""
-        spread = np.sqrt(np.sum([g.floor_std ** 2 for g in self.gaps])) / len(self.gaps)
-        return float((self.value - np.mean([g.floor for g in self.gaps])) / spread)
+        spread = np.sqrt(np.sum([g.floor_std ** 2 for g in self.held_out])) / len(self.held_out)
+        return float((self.value - np.mean([g.floor for g in self.held_out])) / spread)
 
     @property
     def bands(self):
         """Held-out gap above the floor of every band, shape (b,)."""
-        return np.mean([g.bands for g in self.gaps], axis=0)
+        return np.mean([g.bands for g in self.held_out], axis=0)
+
+
+def occam(candidate, covariance):
+    """
+    Return the log of posterior over prior volume of a candidate's numbers, at most 0.
+
+    The prior of a size is even in its logarithm, that of a place in the range that its starts
+    span.
+    """
+    widths = []
+    for (i, f), x in zip(candidate.numbers(), candidate.point()):
+        e = candidate.effects[i]
+        starts = e.starts[f.name]
+        if f.name == e.size:
+            widths.append(DECADES if is_log(f) else 2 * DECADES * max(abs(x - f.default), 1e-12))
+        elif is_log(f):
+            widths.append(2 * np.log(max(starts) / min(starts)) if len(starts) > 1 else DECADES)
+        else:
+            widths.append(2 * (max(starts) - min(starts)) if len(starts) > 1
+                          else 2 * max(abs(starts[0]), 1e-12))
+    if not widths:
+        return 0.0
+    scale = np.array(widths) / np.sqrt(2 * np.pi)
+    ratio = np.eye(len(scale)) + np.linalg.pinv(covariance / np.outer(scale, scale),
+                                                hermitian=True)
+    return -0.5 * float(np.linalg.slogdet(ratio)[1])
 
 
 def folds(evidence):
@@ -62,7 +103,7 @@ def folds(evidence):
     return evidence.only(evidence.pieces[::2]), evidence.only(evidence.pieces[1::2])
 
 
-def try_held_out(simulator, evidence, fitted, settings, bonus=0.0):
+def try_held_out(simulator, evidence, ranked, settings, tolerance):
     """
     Fit each half anew from the common fit, and measure it on the other half.
 
@@ -70,25 +111,26 @@ def try_held_out(simulator, evidence, fitted, settings, bonus=0.0):
     ----------
     simulator, evidence
         Model side and recorded side.
-    fitted : Fit
-        Of all pieces.
+    ranked : Ranked
+        A candidate.
     settings : DiagnosisSettings
         Bins of a band.
-    bonus : float
-        Log odds of a sign that no spectrum shows.
+    tolerance : Tolerance
+        What is fitted beside.
 
     Returns
     -------
     Ranked
+        With the gaps.
 
     """
     halves = folds(evidence)
-    total, gaps = 0.0, []
+    gaps = []
     for train, test in (halves, halves[::-1]):
-        half = fit(simulator, train, fitted.candidate, fitted.levels, REFIT_STEPS)
-        total += log_likelihood(half.model, test)
+        half = fit(simulator, train, ranked.fit.candidate, ranked.fit.levels, REFIT_STEPS,
+                   tolerance)
         gaps.append(measure(half.model, test, settings.band_bins))
-    return Ranked(fitted, total, tuple(gaps), bonus)
+    return Ranked(ranked.fit, ranked.bonus, ranked.places, tuple(gaps))
 
 
 def closed(before, after):
@@ -108,7 +150,7 @@ def closed(before, after):
     return float(1 - after.bands.sum() / before.bands.sum()), float(low), float(high)
 
 
-def posterior(ranked, nominal, unknown_log_odds):
+def posterior(ranked, nominal, left, effects, temperature):
     """
     Return probabilities of the candidates, of "none" and of "unknown", which sum to 1.
 
@@ -118,8 +160,12 @@ def posterior(ranked, nominal, unknown_log_odds):
         Candidates.
     nominal : Ranked
         The model without effects.
-    unknown_log_odds : float
-        Evidence against the best candidate, on the scale of the held-out likelihood.
+    left : float
+        p-value of what the best candidate leaves.
+    effects : int
+        Effects that were considered.
+    temperature : float
+        Divides the logarithms: what is overconfident by that factor.
 
     Returns
     -------
@@ -128,8 +174,19 @@ def posterior(ranked, nominal, unknown_log_odds):
     unknown : float
 
     """
-    logs = np.array([r.held_out + r.bonus for r in ranked] + [nominal.held_out])
-    logs = np.append(logs, logs.max() + unknown_log_odds)
+    pairs = max(effects * (effects - 1) / 2, 1)
+    prior = [np.log(SINGLE / effects if len(r.names) == 1 else PAIR / pairs) for r in ranked]
+    logs = np.array([r.evidence for r in ranked] + [nominal.evidence]) + np.array(
+        prior + [np.log(NONE)])
+    # Where something else is there, what is left is improbable: p has the density a p^(a - 1).
+    odds = np.log(UNKNOWN / SINGLE * SHARP) + (SHARP - 1) * np.log(max(left, 1e-300))
+    logs = np.append((logs - logs.max()) / temperature, odds)
     weights = np.exp(logs - logs.max())
     weights = weights / weights.sum()
     return weights[:-2], float(weights[-2]), float(weights[-1])
+
+
+def worth(ranked, effects):
+    """Return log evidence and prior, which candidates are sorted by."""
+    pairs = max(effects * (effects - 1) / 2, 1)
+    return ranked.evidence + np.log(SINGLE / effects if len(ranked.names) == 1 else PAIR / pairs)

@@ -29,12 +29,15 @@ class Templates:
         Change of S at nominal levels, the mean over the pieces.
     swings : dict of int to ndarray (pieces, k, l, l), complex64
         What each piece differs from that mean, for effects that change in time.
+    level : float
+        Power of all excitation at nominal levels, which a record's is compared with.
 
     """
 
     effects: tuple
     changes: np.ndarray
     swings: dict
+    level: float
 
 
 def make_templates(simulator, effects, progress=None):
@@ -54,7 +57,12 @@ def make_templates(simulator, effects, progress=None):
             swings[len(kept)] = (change - mean).astype(np.complex64)
         kept.append(effect)
         changes.append(mean.astype(np.complex64))
-    return Templates(tuple(kept), np.array(changes).reshape(-1, *base.shape[1:]), swings)
+    return Templates(tuple(kept), np.array(changes).reshape(-1, *base.shape[1:]), swings,
+                     _power(nominal.shares[:-1]))
+
+
+def _power(shares):
+    return float(sum(np.trace(s.mean(axis=(0, 1))).real for s in shares))
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,37 +135,72 @@ def score(templates, fitted, evidence, tolerance):
     Scores
 
     """
-    model = fitted.plain.mean(axis=0, keepdims=True)
-    lower = np.linalg.inv(np.linalg.cholesky(model))[0].astype(np.complex64)
     seen = whiten(fitted.plain, evidence)
-    excess = seen.excess if len(seen.excess) > 1 else None
+    here = _Directions(templates, fitted.plain, fitted.shares, tolerance, evidence.frame,
+                       evidence.pieces)
     total = seen.excess.sum(axis=0).astype(np.float32)
-    level = np.float32(np.exp(np.mean(np.log(fitted.levels[:-1]))))
-    flat = level * real_vectors(white(lower, templates.changes))
-    beside = [real_vectors(white(lower, s.mean(axis=0))[None])[0] for s in fitted.shares]
-    basis = np.array(beside + list(tolerance.vectors), np.float32)
-    count = seen.weight * (len(seen.excess))
-    # Flat prior for the levels, unit variance for the tolerances.
-    prior = np.diag([0.0] * len(beside) + [1.0] * len(tolerance.vectors))
-    inner = np.linalg.inv(count * (basis @ basis.T).astype(float) + prior)
-    mixed = count * (flat @ basis.T).astype(float)
-    raw = seen.weight * (flat @ total).astype(float)
-    raw -= mixed @ inner @ (seen.weight * (basis @ total)).astype(float)
-    information = count * (flat @ flat.T).astype(float) - mixed @ inner @ mixed.T
-    if templates.swings:
-        excess = excess if excess is not None else _each(fitted, evidence)
-        weight = 1.0 / evidence.frame.crowding
-        swings = {i: level * real_vectors(white(lower, s[list(evidence.pieces)]))
-                  for i, s in templates.swings.items()}
-        for i, swing in swings.items():
-            raw[i] += weight * np.sum(swing * excess)
-            for j, other in swings.items():
-                information[i, j] += weight * np.sum(swing * other)
-    spread = np.sqrt(np.maximum(np.diag(information), 1e-30))
-    return Scores(templates.effects, raw / spread, raw / spread ** 2, spread,
-                  information / np.outer(spread, spread))
+    raw = seen.weight * (here.flat @ total).astype(float)
+    raw -= here.mixed @ here.inner @ (seen.weight * (here.basis @ total)).astype(float)
+    if here.swings:
+        # a model that is the same for all pieces was compared with their mean only
+        each = seen.excess if len(seen.excess) > 1 else whiten(
+            np.repeat(fitted.plain[:1], evidence.frame.pieces, axis=0), evidence).excess
+        for i, swing in here.swings.items():
+            raw[i] += np.sum(swing * each) / evidence.frame.crowding
+    return Scores(templates.effects, raw / here.spread, raw / here.spread ** 2, here.spread,
+                  here.information / np.outer(here.spread, here.spread))
 
 
-def _each(fitted, evidence):
-    many = np.repeat(fitted.plain[:1], evidence.frame.pieces, axis=0)
-    return whiten(many, evidence).excess
+def promise(templates, expected, frame, tolerance):
+    """
+    Return how templates would be seen in a record that does not exist yet, eq. (114).
+
+    Parameters
+    ----------
+    templates : Templates
+        Of the nominal.
+    expected : Expected
+        Nominal expected periodograms, taken at nominal levels.
+    frame : Frame
+        How the record will be cut.
+    tolerance : Tolerance
+        What is not known exactly.
+
+    Returns
+    -------
+    detection : ndarray, shape (t,)
+        d' of every template.
+    cosine : ndarray, shape (t, t)
+        Their correlations.
+
+    """
+    model = expected.at(np.ones(len(expected.names)))
+    here = _Directions(templates, model, expected.shares, tolerance, frame,
+                       tuple(range(frame.pieces)))
+    return here.spread, here.information / np.outer(here.spread, here.spread)
+
+
+class _Directions:
+    """Templates as a model whitens them, and their information with levels projected out."""
+
+    def __init__(self, templates, plain, shares, tolerance, frame, pieces):
+        model = plain.mean(axis=0, keepdims=True)
+        lower = np.linalg.inv(np.linalg.cholesky(model))[0].astype(np.complex64)
+        # templates are made at nominal levels: the excitation of the record scales them
+        level = np.float32(_power(shares[:-1]) / templates.level)
+        self.flat = level * real_vectors(white(lower, templates.changes))
+        beside = [real_vectors(white(lower, s.mean(axis=0))[None])[0] for s in shares]
+        self.basis = np.array(beside + list(tolerance.vectors), np.float32)
+        count = len(pieces) / frame.crowding
+        # Flat prior for the levels, unit variance for the tolerances.
+        prior = np.diag([0.0] * len(beside) + [1.0] * len(tolerance.vectors))
+        self.inner = np.linalg.inv(count * (self.basis @ self.basis.T).astype(float) + prior)
+        self.mixed = count * (self.flat @ self.basis.T).astype(float)
+        self.information = (count * (self.flat @ self.flat.T).astype(float)
+                            - self.mixed @ self.inner @ self.mixed.T)
+        self.swings = {i: level * real_vectors(white(lower, s[list(pieces)]))
+                       for i, s in templates.swings.items()}
+        for i, swing in self.swings.items():
+            for j, other in self.swings.items():
+                self.information[i, j] += np.sum(swing * other) / frame.crowding
+        self.spread = np.sqrt(np.maximum(np.diag(self.information), 1e-30))

@@ -16,7 +16,7 @@ class DiagnosisSettings:
     high_share: float = quantity(0.98, low=0.05, high=1.0,
                                  doc='highest frequency used, as a share of half of the rate')
     band_bins: int = quantity(8, low=1, high=1000, doc='frequency bins of a band of the meter')
-    false_alarm: float = quantity(0.03, low=1e-6, high=0.5,
+    false_alarm: float = quantity(0.045, low=1e-6, high=0.5,
                                   doc='chance to call a gap where there is none')
     gain_std: float = quantity(1.2e-4, low=0.0, high=1.0,
                                doc='how exactly gains are known, standard deviation')
@@ -26,7 +26,9 @@ class DiagnosisSettings:
                                     doc='how exactly each frequency of a clamped array is known')
     dispersion_std: float = quantity(1e-4, low=0.0, high=1.0,
                                      doc='error of the highest frequency by mesh or integrator')
-    finalists: int = quantity(6, low=1, high=30, doc='effects fitted after the scores')
+    finalists: int = quantity(9, low=1, high=30, doc='effects fitted after the scores')
+    temperature: float = quantity(1.0, low=0.1, high=100.0,
+                                  doc='divides the logarithms of probabilities')
     tie_cosine: float = quantity(0.98, low=0.5, high=1.0,
                                  doc='effects whose scores correlate more are one class')
 

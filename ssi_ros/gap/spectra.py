@@ -95,6 +95,22 @@ def make_frame(rows_total, rate_hz, settings, present=None):
                  rows * float(np.sum(taper ** 4)))
 
 
+def whole_frame(rows, rate_hz, settings, edge_s, present):
+    """
+    Return the frame of a record in one piece, tapered over `edge_s` at both ends.
+
+    Its bins are as close as the record allows, which lines need.
+    """
+    share = min(1.0, 2 * edge_s * rate_hz / rows)
+    taper = tukey(rows + 2, share)[1:-1]
+    taper = taper / np.sqrt(np.sum(taper ** 2))
+    padded = np.fft.rfft(taper * present, 2 * rows)
+    overlap = np.fft.irfft(np.abs(padded) ** 2)[:rows]
+    first = max(1, int(np.ceil(settings.low_hz * rows / rate_hz)))
+    return Frame(rate_hz, rows, 1, first, int(settings.high_share * rows / 2), taper, overlap,
+                 rows * float(np.sum(taper ** 4)))
+
+
 def spectra(samples, frame):
     """
     Return the tapered DFT of every piece, shape (pieces, k, l); missing rows count as zero.

@@ -1,26 +1,39 @@
 """
-Signs that no spectrum shows: steps, rails, losses, jolts, swings of level; eq. (107) to (110).
+Signs that no spectrum shows: steps, rails, losses.
 
 Each test says how sure it is and at which size the effect explains the sign.
 """
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.stats import norm
 
-from ssi_ros.effects import effect_class, inject
+from ssi_ros.effects import effect_class
 
-LEVEL_S = 5.0           # windows in which the level of the record is followed
 RAIL_HITS = 3           # times that a channel must show exactly its extreme
 
 
 @dataclass(frozen=True)
 class Symptom:
-    """A sign of one effect: its p-value where the effect is absent, and the size it speaks for."""
+    """
+    A sign of one effect that no expected spectrum shows.
+
+    Attributes
+    ----------
+    effect : Effect
+        At the size that the sign speaks for.
+    p_value : float
+        Of the sign where the effect is absent.
+    text : str
+        What was seen.
+    stds : dict of str to float
+        Standard deviations of the effect's quantities, where they are known.
+
+    """
 
     effect: object
     p_value: float
     text: str
+    stds: dict = field(default_factory=dict)
 
 
 def symptoms(samples):
@@ -89,52 +102,3 @@ def _rails(samples):
     hit = np.nanmean(np.abs(samples.values) >= limit)
     return Symptom(effect_class('saturation')(limit_m_s2=limit), 0.0,
                    f'{100 * hit:.2g} % of the values are at the rails of {limit:.4g} m/s^2')
-
-
-def jolts(simulator, fitted, evidence, threshold=4.5):
-    """
-    Look for pulses in the torque that explains the record best, eq. (109).
-
-    The torque is estimated by the Wiener filter of the fitted model; pulses stand out of its
-    Gaussian samples.
-
-    Returns
-    -------
-    Symptom or None
-        None where the largest sample is as large as chance makes it.
-
-    """
-    frame = evidence.frame
-    system = inject(simulator.spacecraft, (), simulator.duration_s).system
-    where = system.inputs.index('torque_x')
-    response = system.transfer(frame.frequencies_hz, system.rate_hz)[:, :, where]
-    rms = [p for p in system.excitation if p.name == 'torque'][0].held_rms(system.rate_hz)[0]
-    power = rms ** 2 * fitted.levels[0]
-    gain = power * np.einsum('ki,kij->kj', response.conj(), np.linalg.inv(fitted.model[0]))
-    own = np.einsum('kj,kj->k', gain, response).real         # share of a pulse that comes through
-    spectrum = np.zeros((len(evidence.pieces), frame.rows // 2 + 1), complex)
-    spectrum[:, frame.first:frame.last] = np.einsum(
-        'kj,skj->sk', gain, evidence.spectrum[list(evidence.pieces)])
-    middle = np.flatnonzero(frame.taper > 0.999 * frame.taper.max())
-    torque = np.fft.irfft(spectrum, frame.rows, axis=1)[:, middle] / frame.taper.max()
-    through = 2 * own.sum() / frame.rows
-    sigma = 1.4826 * np.median(np.abs(torque))
-    z = torque / sigma
-    count = z.size
-    excess = float(np.mean(z ** 4) / np.mean(z ** 2) ** 2 - 3)
-    z_excess = excess / np.sqrt(24 / count * 3)              # 3: neighbours repeat each other
-    largest = float(np.abs(z).max())
-    p = min(1.0, 2 * min(2 * count * norm.sf(largest), norm.sf(z_excess)))
-    if p > 0.01:
-        return None
-    # a local extreme beyond the threshold is a pulse; its height tells the impulse
-    beyond = (np.abs(z) > threshold) & (np.abs(z) >= np.abs(np.roll(z, 1, axis=1))) & (
-        np.abs(z) >= np.abs(np.roll(z, -1, axis=1)))
-    heights = torque[beyond]
-    if not len(heights):
-        return None
-    impulse = float(np.median(heights)) / through / system.rate_hz
-    rate = len(heights) / (count / system.rate_hz) * 60
-    return Symptom(effect_class('impulsive_events')(
-        rate_per_min=max(rate, 0.01), impulse_n_m_s=impulse), p,
-        f'the torque has {len(heights)} samples beyond {threshold:g} sd, excess {excess:.2g}')

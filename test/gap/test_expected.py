@@ -13,6 +13,7 @@ from ssi_ros.gap.meter import floor_of_band, measure
 from ssi_ros.gap.scores import make_templates, score
 from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.gap.spectra import make_frame, periodograms, spectra
+from ssi_ros.gap.tolerance import tolerances
 from ssi_ros.model import load_spacecraft
 
 SETTINGS = DiagnosisSettings()
@@ -71,17 +72,17 @@ def test_right_model_is_at_the_floor_with_standard_scores(spacecraft):
     """Twelve nominal records: the meter reads its floor, the scores are standard normal."""
     frame = make_frame(12000, 100.0, SETTINGS)
     simulator = Simulator(spacecraft, frame, SECONDS)
-    nominal = simulator.expected(Candidate())
     chosen = [e for e in starting_points(library().values(), spacecraft)
               if e.name in ('sensor_gain', 'array_asymmetry', 'channel_delay', 'hub_inertia')]
-    templates = make_templates(simulator, nominal.at(np.ones(3)), nominal.shares, chosen)
+    templates = make_templates(simulator, chosen)
+    tolerance = tolerances(simulator, Candidate(), np.ones(3), SETTINGS)
     z, deviations = [], []
     setup = inject(spacecraft, [], SECONDS)
     for seed in range(12):
         evidence = Evidence(frame, spectra(simulate_setup(setup, seed), frame),
                             tuple(range(frame.pieces)))
-        right = fit(simulator, evidence)
-        z.append(score(templates, right.model, evidence).z)
+        right = fit(simulator, evidence, tolerance=tolerance)
+        z.append(score(templates, right, evidence, tolerance).z)
         deviations.append(measure(right.model, evidence, BAND).deviations)
     # 0.8 to 1.2: twelve records of about 10 independent scores know a standard deviation to 6 %
     assert 0.8 < np.std(z) < 1.2

@@ -1,0 +1,190 @@
+"""From scores and signs to fitted candidates: single effects, large ones, pairs."""
+from dataclasses import replace
+
+import numpy as np
+
+from ssi_ros.gap.candidate import Candidate, places
+from ssi_ros.gap.fit import fit
+from ssi_ros.gap.rank import Ranked, worth
+from ssi_ros.gap.tolerance import tolerances
+
+FIRST_STEPS = 6         # of a fit, before the best are chosen
+BEHIND = 12.0           # log likelihood behind the best at which a candidate is given up
+PROMISING = 2.0         # gain of the log likelihood that a template must promise
+KEPT = 5                # candidates that are fitted to the end, at most
+RIVALS = 3              # and at least, however bad: what a wrong effect closes is told
+PAIRS = 5               # pairs that are fitted
+
+
+class Search:
+    """The record, the model side and what is asked for; fits candidates on demand."""
+
+    def __init__(self, simulator, evidence, settings, nominal, tolerance, names, tell):
+        self.simulator, self.evidence, self.settings = simulator, evidence, settings
+        self.nominal, self.tolerance, self.names, self.tell = nominal, tolerance, names, tell
+
+    def singles(self, scores, signs):
+        """
+        Fit the single effects that scores and signs speak for.
+
+        Parameters
+        ----------
+        scores : Scores
+            Of the nominal model.
+        signs : sequence of Symptom
+            Of the samples and of the torque.
+
+        Returns
+        -------
+        list of Ranked, best first
+
+        """
+        starts = [s.effect for s in signs]
+        seen = {s.name for s in starts}
+        starts += [e for e in promising(scores, self.settings.finalists) if e.name not in seen]
+        return self._fit_all([Candidate((e,)) for e in starts], signs, self.nominal)
+
+    def wider(self, known, signs):
+        """Fit effects from sizes far away, for a gap that no small one explains."""
+        starts = []
+        for name in dict.fromkeys(n for r in known for n in r.names):
+            best = next(r for r in known if name in r.names)
+            effect = best.fit.candidate.effects[best.names.index(name)]
+            starts += brackets(effect)
+        more = self._fit_all([Candidate((e,)) for e in starts], signs, self.nominal)
+        return self._sorted(known + more)
+
+    def pairs(self, scores, second, singles, signs):
+        """
+        Fit the pairs of effects that explain most together.
+
+        Parameters
+        ----------
+        scores, second : Scores
+            Of the nominal model, and of what the best single effect leaves.
+        singles : list of Ranked
+            Best first.
+        signs : sequence of Symptom
+            Beside which a second effect may act.
+
+        Returns
+        -------
+        list of Ranked, best first
+
+        """
+        best = singles[0].fit.candidate
+        couples = [best.with_one_more(e) for e in promising(second, PAIRS)
+                   if e.name not in best.names]
+        couples += [best.with_one_more(s.effect) for s in signs if s.effect.name not in best.names]
+        couples += [Candidate(p) for p in promising_pairs(scores, PAIRS)]
+        unique = {}
+        for couple in couples:
+            unique.setdefault(tuple(sorted(
+                (e.name, *(getattr(e, f.name) for f in e.words())) for e in couple.effects)),
+                couple)
+        return self._fit_all(list(unique.values()), signs, singles[0].fit)
+
+    def _fit_all(self, candidates, signs, start):
+        """Fit all candidates a little, the best ones to the end."""
+        bonuses = {s.effect.name: -np.log(max(s.p_value, 1e-300)) for s in signs}
+        first = []
+        for i, candidate in enumerate(candidates):
+            self.tell(i / len(candidates))
+            fitted = fit(self.simulator, self.evidence, candidate, start.levels, FIRST_STEPS,
+                         self.tolerance)
+            if fitted is not None:
+                first.append(self._ranked(fitted, bonuses))
+        first = self._sorted(first)
+        done = []
+        for ranked in first[:KEPT]:
+            if len(done) >= RIVALS and first[0].evidence - ranked.evidence > BEHIND:
+                break
+            old = ranked.fit
+            around = tolerances(self.simulator, old.candidate, old.levels, self.settings)
+            fitted = fit(self.simulator, self.evidence, old.candidate, old.levels,
+                         tolerance=around)
+            if fitted is not None:
+                done.append(self._ranked(fitted, bonuses))
+        return self._sorted(done)
+
+    def _ranked(self, fitted, bonuses):
+        candidate = fitted.candidate
+        count = 1
+        for e in candidate.effects:
+            count *= max(1, sum(1 for _ in places(type(e), self.simulator.spacecraft)))
+        return Ranked(fitted, self._bonus(candidate, bonuses), count)
+
+    def _bonus(self, candidate, bonuses):
+        """Return the log likelihood of signs beyond what the spectrum has of them already."""
+        total = 0.0
+        for e in candidate.effects:
+            if e.name in bonuses and not e.spectral:
+                alone = fit(self.simulator, self.evidence, Candidate((e,)), self.nominal.levels,
+                            FIRST_STEPS, self.tolerance)
+                shown = alone.likelihood - self.nominal.likelihood if alone else 0.0
+                total += max(bonuses[e.name] - max(shown, 0.0), 0.0)
+        return total
+
+    def _sorted(self, ranked):
+        ordered = sorted(ranked, key=lambda r: -worth(r, len(self.names)))
+        found = {}
+        for r in ordered:
+            found.setdefault(tuple(sorted(r.names)), r)
+        return list(found.values())
+
+
+def promising(scores, count):
+    """Return the best start of each of the best effects, at the size that its score says."""
+    gains = scores.gains()
+    found = {}
+    for i in np.argsort(-gains):
+        if gains[i] < PROMISING or len(found) == count:
+            break
+        found.setdefault(scores.effects[i].name, at_size(scores.effects[i], scores.size[i]))
+    return list(found.values())
+
+
+def promising_pairs(scores, count):
+    """Return the pairs of different effects whose templates explain most together."""
+    z, r = scores.z, scores.cosine
+    both = (z[:, None] ** 2 + z ** 2 - 2 * r * np.outer(z, z)) / np.maximum(1 - r ** 2, 0.02) / 2
+    names = np.array([e.name for e in scores.effects])
+    both[names[:, None] == names] = 0.0
+    found = {}
+    for flat in np.argsort(-both, axis=None)[:4000]:
+        i, j = np.unravel_index(flat, both.shape)
+        inner = np.linalg.solve(np.array([[1, r[i, j]], [r[i, j], 1 + 1e-6]]), [z[i], z[j]])
+        sizes = inner / scores.detection[[i, j]]
+        effects = (scores.effects[i], scores.effects[j])
+        if i > j or any(e.one_sided() and s <= 0 for e, s in zip(effects, sizes)):
+            continue
+        key = frozenset((names[i], names[j]))
+        found.setdefault(key, tuple(at_size(e, s) for e, s in zip(effects, sizes)))
+        if len(found) == count:
+            break
+    return list(found.values())
+
+
+def at_size(effect, size):
+    """Return an effect at `size` times its starting value, kept to where a line may be drawn."""
+    f = next(f for f in effect.numbers() if f.name == effect.size)
+    null, value = f.default, getattr(effect, effect.size)
+    if not np.isfinite(null):
+        # a corner acts by its inverse square, a hinge by its inverse: between the two
+        return replace(effect, **{f.name: value / np.clip(abs(size), 1e-6, 10.0) ** 0.6})
+    size = float(np.clip(abs(size), 0.02, 20.0) * np.sign(size or 1.0))
+    moved = min(max(null + size * (value - null), f.metadata['low']), f.metadata['high'])
+    return replace(effect, **{f.name: moved})
+
+
+def brackets(effect):
+    """Return an effect at sizes over its declared range, near enough that a fit finds any."""
+    f = next(f for f in effect.numbers() if f.name == effect.size)
+    start = max((abs(v - f.default) for v in effect.starts[f.name] if np.isfinite(f.default)),
+                default=None)
+    if start is None or not effect.spectral:
+        return []
+    signs = (1.0,) if effect.one_sided() else (-1.0, 1.0)
+    values = [f.default + s * start * k for s in signs for k in (0.3, 1.0, 2.0, 4.0, 8.0, 16.0)]
+    return [replace(effect, **{f.name: v}) for v in values
+            if f.metadata['low'] <= v <= f.metadata['high']]

@@ -1,0 +1,133 @@
+"""Search a torque for a sine of linearly changing frequency: piecewise, then coherently (107)."""
+from numba import njit
+import numpy as np
+from scipy.fft import fft, next_fast_len
+
+from ssi_ros.effects import effect_class
+from ssi_ros.gap.symptoms import Symptom
+
+PIECES = 10             # of the record, each coherent in itself in the first search
+KEPT = 12               # places of the first search that are refined
+FINE = 2                # bins of a piece are so much closer than 1 / its length
+SURE = 0.01             # p-value above which nothing is reported
+
+
+def sweep(torque):
+    """
+    Find the strongest linear sweep over a whole record.
+
+    Parameters
+    ----------
+    torque : Torque
+        Of the record.
+
+    Returns
+    -------
+    Symptom or None
+
+    """
+    unit = np.where(np.isfinite(torque.series()), torque.series(), 0.0)
+    unit[:torque.inside.start], unit[torque.inside.stop:] = 0.0, 0.0
+    unit = np.clip(unit, -6.0, 6.0)             # a pulse is no sweep
+    duration_s = torque.rows / torque.rate_hz
+    bins = torque.first + np.arange(len(torque.values))
+    frequencies = bins * torque.rate_hz / torque.rows
+    gain = torque.gain * np.sqrt(torque.rows / (2 * len(torque.values)))
+
+    def weight(start, rate):
+        t = np.arange(torque.rows) / torque.rate_hz
+        return np.interp(start + rate * t, frequencies, gain)
+
+    best = (0.0, 0.0, 0.0, 0.0)
+    for rate, start in _places(unit, torque.rate_hz, frequencies[[0, -1]]):
+        best = max(best, _refined(unit, weight, rate, start, torque.rate_hz, duration_s))
+    power, start, end, amplitude = best
+    cells = (frequencies[-1] * duration_s) ** 2
+    p = float(min(1.0, cells * np.exp(-power)))
+    if p > SURE or abs(end - start) * duration_s < 3.0:     # that would be a line
+        return None
+    size = np.sqrt(2 * power)
+    spread = 1.6 / duration_s / size
+    return Symptom(effect_class('wheel_speed_sweep')(
+        start_hz=float(start), end_hz=float(end), torque_n_m=float(amplitude)), p,
+        f'a sweep from {start:.4g} to {end:.4g} Hz, {size:.1f} sd',
+        {'start_hz': spread, 'end_hz': spread, 'torque_n_m': amplitude / size})
+
+
+def _places(unit, rate_hz, band):
+    """Return the rates and starts [Hz/s, Hz] of the best sums of power along straight lines."""
+    rows = len(unit) // PIECES
+    pieces = unit[:rows * PIECES].reshape(PIECES, rows).astype(np.float32)
+    length_s = rows / rate_hz
+    t = (np.arange(rows) - rows / 2) / rate_hz
+    middles = (np.arange(PIECES) + 0.5) * length_s
+    size = next_fast_len(FINE * rows)
+    df = rate_hz / size
+    highest = (band[1] - band[0]) / (PIECES * length_s)
+    coarse = 1.5 / length_s ** 2           # 0.6 rad at the ends of a piece, half of it
+    fine = df / (PIECES * length_s)
+    inner = np.arange(-int(coarse / fine / 2) - 1, int(coarse / fine / 2) + 1) * fine
+    first, last = int(band[0] / df), int(band[1] / df)
+    found = []
+    for rate in np.arange(-highest, highest + coarse, coarse):
+        turn = np.exp(-1j * np.pi * rate * t ** 2).astype(np.complex64)
+        power = np.abs(fft(pieces * turn, size, axis=1)[:, :last]) ** 2 / np.float32(rows)
+        # one strong bin is a line; it must not stand for all pieces
+        power = np.minimum(power, np.float32(40.0))
+        for more in inner:
+            shifts = np.rint((rate + more) * middles / df).astype(np.int64)
+            top, start = _best_line(power, shifts, first, last)
+            if start >= 0:
+                found.append((top, rate + more, start * df))
+    kept = []
+    for _, rate, start in sorted(found, reverse=True):
+        if all(abs(rate - r) * PIECES * length_s + abs(start - s) > 3 / length_s for r, s in kept):
+            kept.append((rate, start))
+        if len(kept) == KEPT:
+            break
+    return kept
+
+
+@njit(cache=True, fastmath=True)
+def _best_line(power, shifts, first, last):
+    """Return the largest sum of power along shifted bins, and its first bin; -1 for none."""
+    low, high = first, last
+    for shift in shifts:
+        low, high = max(low, first - shift), min(high, last - shift)
+    if high <= low:
+        return np.float32(0.0), -1
+    total = np.zeros(high - low, np.float32)
+    for i in range(len(shifts)):
+        row = power[i, low + shifts[i]:high + shifts[i]]
+        for k in range(high - low):
+            total[k] += row[k]
+    top = np.argmax(total)
+    return total[top], low + top
+
+
+def _refined(unit, weight, rate, start, rate_hz, duration_s):
+    """Return power, first and last frequency and amplitude of the best coherent sweep near by."""
+    t = np.arange(len(unit)) / rate_hz
+    weights = weight(start, rate)
+    total = np.sum(weights ** 2)
+    turned = unit * weights * np.exp(-2j * np.pi * (start * t + rate * t ** 2 / 2))
+    # close to zero frequency now, so means over a second are enough
+    block = int(rate_hz)
+    rows = len(unit) // block
+    slow = turned[:rows * block].reshape(rows, block).sum(axis=1)
+    t = (np.arange(rows) + 0.5) * block / rate_hz
+    reach = 4 * PIECES / FINE / duration_s              # of both ends, [Hz]
+    size = 4 * next_fast_len(rows)
+    df = rate_hz / block / size
+    shifts = np.fft.fftfreq(size, 1 / size) * df
+    best = (0.0, start, start + rate * duration_s, 0.0)
+    for more in np.arange(-reach, reach, 0.4 / duration_s) / duration_s:
+        power = np.abs(np.fft.fft(slow * np.exp(-1j * np.pi * more * t ** 2), size)) ** 2 / total
+        power[np.abs(shifts) > 2 * reach] = 0.0
+        top = int(np.argmax(power))
+        if power[top] > best[0]:
+            first = start + shifts[top]
+            height = np.sqrt(max(power[top] - 1.0, 0.0) * total)
+            best = (float(power[top]), first, first + (rate + more) * duration_s,
+                    2 * height / total)
+    return best

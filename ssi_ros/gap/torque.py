@@ -1,0 +1,302 @@
+"""
+The torque that would explain a record, and what stands out of it: lines, sweeps, pulses, swings.
+
+One torque drives all channels, so h^H S^-1 Y is all that the record says of it. Over its standard
+deviation it is white where the model is right, and a disturbance of the torque keeps its phase in
+it, eq. (106) to (110): the whole record is searched coherently.
+"""
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import norm
+
+from ssi_ros.effects import effect_class
+from ssi_ros.gap.spectra import spectra, whole_frame
+from ssi_ros.gap.sweeps import sweep
+from ssi_ros.gap.symptoms import Symptom
+
+SURE = 0.01             # p-value above which nothing is reported
+EDGE_S = 1.0            # on which the taper rises and falls at the ends of the record
+RINGS_S = 6.0           # left out at both ends, where the taper disturbs what filters recall
+LEAST_PEAK = 3.3        # standard deviations of a peak that counts
+MOST_PEAKS = 1500
+RING = 3000             # samples after which the ring of a pulse is over
+SLOWEST = 0.7           # periods of the level that a record must hold
+MAGNITUDE = 4.5         # medians of the magnitude (3 sd) at which a sample is cut for the level
+FASTEST_HZ = 1.0        # of a swing of the level that is looked for
+
+
+@dataclass(frozen=True, eq=False)
+class Torque:
+    """
+    What a record says of the torque.
+
+    Attributes
+    ----------
+    rate_hz : float
+        Rate [Hz].
+    rows : int
+        Samples of the record.
+    first : int
+        Bin of the first value below.
+    values : ndarray, shape (k,)
+        Whitened spectrum, E|u|^2 = 1.
+    gain : ndarray, shape (k,)
+        What a torque spectrum of 1 adds to it, sqrt(h^H S^-1 h).
+    taper : ndarray, shape (rows,)
+        Weights of the samples, of sum of squares 1.
+
+    """
+
+    rate_hz: float
+    rows: int
+    first: int
+    values: np.ndarray
+    gain: np.ndarray
+    taper: np.ndarray
+
+    def series(self, weight=1.0):
+        """Return the time series of weighted values, of unit variance, shape (rows,)."""
+        full = np.zeros(self.rows // 2 + 1, complex)
+        weight = np.broadcast_to(weight, self.values.shape)
+        full[self.first:self.first + len(self.values)] = self.values * weight
+        return np.fft.irfft(full, self.rows) * (
+            self.rows / np.sqrt(2 * np.sum(weight ** 2)) / (self.taper * np.sqrt(self.rows)))
+
+    @property
+    def inside(self):
+        """Slice of the samples that the taper does not disturb."""
+        edge = int(min(RINGS_S * self.rate_hz, self.rows / 8))
+        return slice(edge, self.rows - edge)
+
+
+def reconstruct(simulator, fitted, samples, settings):
+    """
+    Reconstruct the torque of a record.
+
+    Parameters
+    ----------
+    simulator : Simulator
+        Model side.
+    fitted : Fit
+        The model that holds but for the torque.
+    samples : Samples
+        The record.
+    settings : DiagnosisSettings
+        Band.
+
+    Returns
+    -------
+    Torque
+
+    """
+    frame = whole_frame(len(samples.values), samples.rate_hz, settings, EDGE_S,
+                        ~np.isnan(samples.values).any(axis=1))
+    row, gain = torque_filter(simulator, fitted.candidate, fitted.levels, frame)
+    values = np.einsum('kj,kj->k', row, spectra(samples, frame)[0]) / gain
+    return Torque(samples.rate_hz, frame.rows, frame.first, values, gain, frame.taper)
+
+
+def torque_filter(simulator, candidate, levels, frame):
+    """
+    Return h^H S^-1 and sqrt(h^H S^-1 h) for every bin of a frame of one piece.
+
+    Returns
+    -------
+    row : ndarray, shape (k, l)
+    gain : ndarray, shape (k,)
+
+    """
+    whole = type(simulator)(simulator.spacecraft, frame, simulator.duration_s, simulator.present)
+    setup = whole.setup(candidate)
+    inverse = np.linalg.inv(whole.spectrum(setup).at(levels)[0])
+    system = setup.system
+    h = system.transfer(frame.frequencies_hz, system.rate_hz)[
+        :, :, system.inputs.index('torque_x')]
+    row = np.einsum('ki,kij->kj', h.conj(), inverse)
+    return row, np.sqrt(np.einsum('kj,kj->k', row, h).real)
+
+
+def torque_signs(torque, names):
+    """Return the signs of disturbances that a torque shows, of the effects named."""
+    swings = swing(torque)
+    tests = {'harmonic_disturbance': lambda: line(torque),
+             'impulsive_events': lambda: pulses(torque, swings),
+             'nonstationary_excitation': lambda: swings,
+             'wheel_speed_sweep': lambda: sweep(torque)}
+    found = [test() for name, test in tests.items() if name in names]
+    return tuple(s for s in found if s is not None)
+
+
+def line(torque):
+    """
+    Find the strongest sine, eq. (106).
+
+    Returns
+    -------
+    Symptom or None
+
+    """
+    series = np.zeros(2 * torque.rows)
+    series[:torque.rows] = torque.series() * torque.taper
+    last = torque.first + len(torque.values)
+    # twice as many bins: a sine between two of them keeps 90 % of its power
+    fine = np.fft.rfft(series)[2 * torque.first:2 * last - 1] / np.sqrt(2.0)
+    power = np.abs(fine) ** 2
+    power *= np.log(2) / np.median(power[::2])
+    best = int(np.argmax(power))
+    p = _chance(power[best], 1.5 * len(torque.values))
+    if p > SURE:
+        return None
+    frequency = _refine(power, best) / 2 + torque.first
+    gain = np.interp(frequency, np.arange(torque.first, last), torque.gain)
+    height = np.sqrt(max(_top(power, best) - 1.0, 0.0))
+    amplitude = 2 * height / gain / np.sum(torque.taper)
+    frequency_hz = frequency * torque.rate_hz / torque.rows
+    size = np.sqrt(2 * power[best])
+    std = {'torque_n_m': amplitude / size,
+           'frequency_hz': np.sqrt(6) / np.pi / size * torque.rate_hz / torque.rows}
+    return Symptom(effect_class('harmonic_disturbance')(
+        frequency_hz=frequency_hz, torque_n_m=amplitude), p,
+        f'a line at {frequency_hz:.5g} Hz, {size:.1f} sd', std)
+
+
+def pulses(torque, swings=None):
+    """
+    Find pulses that are one sample long, eq. (108).
+
+    The matched filter of a pulse has unit variance and a known ring. Its peaks, the ring of larger
+    ones taken out, are Rice's for Gaussian noise; pulses add a Poisson number of one height.
+
+    Parameters
+    ----------
+    torque : Torque
+        Of the record.
+    swings : Symptom, optional
+        A swing of the level, which is taken out first: its crests are no pulses.
+
+    Returns
+    -------
+    Symptom or None
+
+    """
+    unit = torque.series(torque.gain)[torque.inside]
+    if swings is not None:
+        unit = unit / _level(unit, swings.effect.period_s * torque.rate_hz)
+    spectrum = np.zeros(torque.rows // 2 + 1)
+    spectrum[torque.first:torque.first + len(torque.gain)] = torque.gain ** 2
+    ring = np.fft.irfft(spectrum, torque.rows)
+    heights = _peaks(unit / np.sqrt(np.mean(np.minimum(unit ** 2, 9.0)) / 0.97), ring / ring[0])
+    turns = 2 * np.pi * np.arange(len(spectrum)) / torque.rows
+    speed = np.sqrt(np.sum(turns ** 2 * spectrum) / np.sum(spectrum))
+    usual = len(unit) * speed / np.pi               # times exp(-a^2 / 2): peaks above a
+    best = (0.0, 0.0, 0.0)
+    for height in np.linspace(0.5 * LEAST_PEAK, 1.1 * max(heights, default=LEAST_PEAK), 40):
+        seen = norm.sf(LEAST_PEAK - height)
+        density = norm.pdf(heights - height) / (
+            usual * heights * np.exp(-np.minimum(heights ** 2 / 2, 600.0)))
+        for count in np.geomspace(0.5, 1e4, 40):
+            value = np.sum(np.log1p(count * density)) - count * seen
+            best = max(best, (value, height, count))
+    gain, height, count = best
+    p = float(min(1.0, 4 * np.exp(-gain)))
+    if p > SURE:
+        return None
+    through = np.sqrt(2 * np.sum(torque.gain ** 2)) * torque.taper.max()
+    impulse = height / through / torque.rate_hz
+    per_min = 60 * count / (len(unit) / torque.rate_hz)
+    return Symptom(effect_class('impulsive_events')(
+        rate_per_min=float(np.clip(per_min, 0.01, 6e4)), impulse_n_m_s=float(impulse)), p,
+        f'about {count:.0f} pulses of {impulse:.3g} N m s',
+        {'rate_per_min': per_min / np.sqrt(count),
+         'impulse_n_m_s': impulse / height / np.sqrt(count)})
+
+
+def _peaks(unit, ring):
+    """Return the heights of peaks above LEAST_PEAK, each with its ring taken out."""
+    unit, heights = unit.copy(), []
+    half = min(len(unit), RING)
+    both = np.concatenate([ring[half - 1:0:-1], ring[:half]])
+    while len(heights) < MOST_PEAKS:
+        at = int(np.argmax(np.abs(unit)))
+        height = unit[at]
+        if abs(height) < LEAST_PEAK:
+            break
+        heights.append(abs(height))
+        low, high = max(0, at - half + 1), min(len(unit), at + half)
+        unit[low:high] -= height * both[low - at + half - 1:high - at + half - 1]
+    return np.array(heights)
+
+
+def swing(torque):
+    """Find the strongest sinusoidal swing of the level, eq. (109)."""
+    unit = torque.series()[torque.inside]
+    # The mean magnitude follows the level in a straight line, and minds pulses less than power.
+    level = np.minimum(np.abs(unit), MAGNITUDE * np.median(np.abs(unit)))
+    level = level / level.mean()
+    count = len(level)
+    longest = count / torque.rate_hz / SLOWEST
+    block = max(1, int(torque.rate_hz / 8))     # means over an eighth of a second are enough
+    rows = count // block
+    coarse = level[:rows * block].reshape(-1, block).mean(axis=1)
+    spread = np.var(level) / block
+    at = (np.arange(rows) + 0.5) * block / torque.rate_hz
+    size = 8 * rows
+    df = torque.rate_hz / block / size
+    gains = np.abs(np.fft.rfft(coarse - coarse.mean(), size)) ** 2 / (rows * spread)
+    frequencies = np.arange(len(gains)) * df
+    # few periods: sine and mean are not orthogonal, so these are fitted one by one
+    low, few = int(np.ceil(1 / longest / df)), int(4 / df * torque.rate_hz / count)
+    fits = [_sine_fit(coarse, at, f) for f in frequencies[low:few]]
+    gains[low:few] = [g / (2 * spread) for g, _ in fits]
+    gains[:low], gains[frequencies > FASTEST_HZ] = 0.0, 0.0
+    best = int(np.argmax(gains))
+    depth = float(min(_sine_fit(coarse, at, frequencies[best])[1], 1.0))
+    p = _chance(gains[best], 2 * FASTEST_HZ * count / torque.rate_hz)
+    if p > SURE:
+        return None
+    size = np.sqrt(2 * gains[best])
+    period = 1 / frequencies[best]
+    return Symptom(effect_class('nonstationary_excitation')(depth=depth, period_s=period), p,
+                   f'the level swings by {100 * depth:.0f} % every {period:.0f} s',
+                   {'depth': depth / size, 'period_s': np.sqrt(6) / np.pi / size * period ** 2
+                    * torque.rate_hz / count})
+
+
+def _level(unit, period):
+    """Return the sinusoidal level of a series, of a period in samples."""
+    turn = np.exp(2j * np.pi * np.arange(len(unit)) / period)
+    columns = np.column_stack([np.ones(len(unit)), turn.real, turn.imag])
+    # mean magnitudes follow the level and mind pulses less than squares do
+    found, *_ = np.linalg.lstsq(columns, np.abs(unit), rcond=None)
+    return np.maximum(columns @ found, 0.2 * found[0])
+
+
+def _sine_fit(values, at, frequency):
+    """Return the sum of squares that a sine explains, and its amplitude."""
+    columns = np.column_stack([np.cos(2 * np.pi * frequency * at),
+                               np.sin(2 * np.pi * frequency * at), np.ones(len(at))])
+    centred = columns[:, :2] - columns[:, :2].mean(axis=0)
+    found, *_ = np.linalg.lstsq(centred, values - values.mean(), rcond=None)
+    return np.sum((centred @ found) ** 2), np.hypot(*found)
+
+
+def _chance(power, cells):
+    """Return the chance of so large an exponential variable in so many cells."""
+    return float(-np.expm1(cells * np.log1p(-min(np.exp(-power), 1 - 1e-16))))
+
+
+def _refine(power, best):
+    """Return the place of a maximum between bins, by a parabola through the logarithms."""
+    if not 0 < best < len(power) - 1:
+        return float(best)
+    a, b, c = np.log(power[best - 1:best + 2])
+    return best + 0.5 * (a - c) / (a - 2 * b + c)
+
+
+def _top(power, best):
+    """Return the height of that parabola."""
+    if not 0 < best < len(power) - 1:
+        return float(power[best])
+    a, b, c = np.log(power[best - 1:best + 2])
+    return float(np.exp(b - 0.125 * (a - c) ** 2 / (a - 2 * b + c)))
