@@ -61,7 +61,8 @@ def pages():
     made = {'report BAG --model F': bag_page(
         'real', samples, windows, judged=Judged(spacecraft, found, view, model))}
     done('write the report')
-    made['diagnose --html F'] = diagnosis_page(found, view, bag='real', model=model)
+    made['diagnose --html F'] = diagnosis_page(found, view, bag='real',
+                                               nominal=f'--model {model}')
     done('write the diagnosis')
     return made, took, windows
 

@@ -64,7 +64,9 @@ def write_pages(found, args, view=None):
     """Write the HTML page and the Markdown that were asked for; see `report.diagnosis_page`."""
     from ssi_ros.report.diagnosis_page import diagnosis_markdown, diagnosis_page
 
-    words = {'bag': str(args.bag), 'model': args.model or 'config/spacecraft.yaml'}
+    reference = getattr(args, 'reference', None)
+    words = {'bag': str(args.bag), 'nominal': f'--reference {reference}' if reference else
+             f'--model {args.model or "config/spacecraft.yaml"}'}
     for path, make in ((args.html, diagnosis_page), (args.markdown, diagnosis_markdown)):
         if path:
             path.write_text(make(found, view, **words), encoding='utf-8')

@@ -88,7 +88,7 @@ def bag_page(name, samples, windows, *, facts=(), judged=None):
         found = judged.diagnosis.to_json()
         text = summary(found)
         sections += diagnosis_sections(found, judged.view, places=places_of(judged.diagnosis),
-                                       bag=name, model=judged.model)
+                                       bag=name, nominal=f'--model {judged.model}')
     return page(f'Report of {name}', text, sections)
 
 

@@ -55,19 +55,28 @@ def pair(modes, system):
     list of Pair or None
 
     """
-    from scipy.optimize import linear_sum_assignment
     theory = natural_modes(system)
-    if not modes or not len(theory.frequencies_hz):
-        return [None] * len(modes)
-    f = np.array([m.frequency_hz for m in modes])
-    step = np.abs(f[:, None] / theory.frequencies_hz - 1)
-    likeness = mac(np.array([m.shape for m in modes]), theory.shapes.T)
-    cost = step / NEAR + (1 - likeness)
+    return _match(modes, theory.frequencies_hz, theory.damping_ratios, theory.shapes.T)
+
+
+def match_modes(modes, others):
+    """Return for each identified mode the one of another record that it is, as `pair` does."""
+    return _match(modes, np.array([m.frequency_hz for m in others]),
+                  np.array([m.damping_ratio for m in others]), np.array([m.shape for m in others]))
+
+
+def _match(modes, frequencies_hz, damping_ratios, shapes):
+    from scipy.optimize import linear_sum_assignment
     found = [None] * len(modes)
-    for i, k in zip(*linear_sum_assignment(cost)):
+    if not modes or not len(frequencies_hz):
+        return found
+    f = np.array([m.frequency_hz for m in modes])
+    step = np.abs(f[:, None] / frequencies_hz - 1)
+    likeness = mac(np.array([m.shape for m in modes]), shapes)
+    for i, k in zip(*linear_sum_assignment(step / NEAR + (1 - likeness))):
         if step[i, k] < NEAR and likeness[i, k] > 0.5:
-            found[i] = Pair(modes[i], float(theory.frequencies_hz[k]),
-                            float(theory.damping_ratios[k]), float(likeness[i, k]))
+            found[i] = Pair(modes[i], float(frequencies_hz[k]), float(damping_ratios[k]),
+                            float(likeness[i, k]))
     return found
 
 

@@ -6,7 +6,7 @@ from ssi_ros.report.markdown import markdown
 from ssi_ros.report.page import page
 
 
-def diagnosis_page(diagnosis, view=None, *, bag='BAG', model='MODEL.yaml'):
+def diagnosis_page(diagnosis, view=None, *, bag='BAG', nominal='--model MODEL.yaml'):
     """
     Return a diagnosis as an HTML page that needs no network.
 
@@ -15,9 +15,9 @@ def diagnosis_page(diagnosis, view=None, *, bag='BAG', model='MODEL.yaml'):
     diagnosis : Diagnosis
         From a model or from a reference record.
     view : GapView, optional
-        Curves, of `view_of`.
-    bag, model : str
-        For the title and the commands.
+        Curves, of `view_of`, or of `gap_view.reference_view`.
+    bag, nominal : str
+        For the title and the commands; `nominal` is '--model FILE' or '--reference BAG'.
 
     Returns
     -------
@@ -26,14 +26,14 @@ def diagnosis_page(diagnosis, view=None, *, bag='BAG', model='MODEL.yaml'):
     """
     found = diagnosis.to_json()
     return page(f'Diagnosis of {bag}', summary(found), diagnosis_sections(
-        found, view, places=places_of(diagnosis), bag=bag, model=model))
+        found, view, places=places_of(diagnosis), bag=bag, nominal=nominal))
 
 
-def diagnosis_markdown(diagnosis, view=None, *, bag='BAG', model='MODEL.yaml'):
+def diagnosis_markdown(diagnosis, view=None, *, bag='BAG', nominal='--model MODEL.yaml'):
     """Return the same as Markdown, without the pictures."""
     found = diagnosis.to_json()
     return markdown(f'Diagnosis of {bag}', summary(found), diagnosis_sections(
-        found, view, places=places_of(diagnosis), bag=bag, model=model))
+        found, view, places=places_of(diagnosis), bag=bag, nominal=nominal))
 
 
 def view_of(diagnosis, spacecraft, samples, settings=DiagnosisSettings(), present=()):

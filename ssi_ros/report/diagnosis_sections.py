@@ -20,7 +20,7 @@ def summary(found):
     return f'{found["outcome"]}. {OUTCOMES.get(found["outcome"], "")}: {found["reason"]}.'
 
 
-def diagnosis_sections(found, view=None, *, places=None, bag='BAG', model='MODEL.yaml'):
+def diagnosis_sections(found, view=None, *, places=None, bag='BAG', nominal='--model MODEL.yaml'):
     """
     Return the sections of a diagnosis.
 
@@ -32,8 +32,8 @@ def diagnosis_sections(found, view=None, *, places=None, bag='BAG', model='MODEL
         Curves to draw; without it words, tables and bars remain.
     places : sequence of str, optional
         For every candidate the words of its effects, such as 'channel e1_a'.
-    bag, model : str
-        For the commands of the last section.
+    bag, nominal : str
+        For the commands of the last section; `nominal` is '--model FILE' or '--reference BAG'.
 
     Returns
     -------
@@ -52,7 +52,7 @@ def diagnosis_sections(found, view=None, *, places=None, bag='BAG', model='MODEL
                  _what_else(found, candidates)]
     if found['outcome'] != 'TOO_LITTLE_DATA':
         made.append(_how_far(candidates, view, quiet))
-    made.append(_next(found, bag, model))
+    made.append(_next(found, bag, nominal))
     return tuple(made)
 
 
@@ -171,32 +171,41 @@ def _how_far(candidates, view, quiet):
     if view is not None:
         after = view.after.expected if view.after is not None else None
         pictures = (spectra(view.channels, view.frame, view.record, view.before.expected, after,
-                            'gap_spectra'),
+                            'gap_spectra', view.nominal),
                     *(p for p in maps(view) if p.name.endswith('after')))
         tables = before_after_tables(view)
     return Section('How far does it shrink?', tuple(lines), tables, pictures)
 
 
-def _next(found, bag, model):
-    outcome = found['outcome']
-    apply = f'ssi_ros diagnose {bag} --model {model} --apply corrected.yaml'
+def _next(found, bag, nominal):
+    outcome, model = found['outcome'], not nominal.startswith('--reference')
+    apply = f'ssi_ros diagnose {bag} {nominal} --apply corrected.yaml'
+    commands = (apply,) if model else ()
+    seen = f'ssi_ros identifiability {nominal}'
     if outcome == 'WITHIN_FLOOR':
-        lines = ('Nothing has to be done. What this record could have shown, and what not:',)
-        commands = (f'ssi_ros identifiability --model {model}',)
-    elif outcome == 'EXPLAINED':
+        lines = ('Nothing has to be done.',)
+        if model:
+            lines += ('What this record could have shown, and what not:',)
+            commands = (seen,)
+    elif outcome == 'EXPLAINED' and model:
         lines = ('Put the effect into the simulator and see that the gap is gone:',)
         commands = (apply, f'ssi_ros diagnose {bag} --model corrected.yaml')
+    elif outcome == 'EXPLAINED':
+        lines = ('Look for the cause where the gap lies. With a model in place of a reference '
+                 'the effect could be put into the simulator and tried:',)
+        commands = (f'ssi_ros diagnose {bag} --model MODEL.yaml',)
     elif outcome == 'TIED':
         lines = ('Do not choose by taste: all of them would leave the same record. To part them: '
-                 + ('; '.join(found['separate_by']) or 'a longer record') + '.',
-                 'Any of them may stand in the simulator meanwhile:')
-        commands = (apply,)
+                 + ('; '.join(found['separate_by']) or 'a longer record') + '.',)
+        if model:
+            lines += ('Any of them may stand in the simulator meanwhile:',)
     elif outcome == 'UNEXPLAINED':
         lines = ('Take the nearest effect as a hint, not as an answer: look at the maps above '
                  'for where the rest lies. If you know a mechanism that the library lacks, add '
                  'it: one small file, see “Add an effect” in the documentation.',)
         commands = ('ssi_ros effects',)
     else:
-        lines = (found['reason'] + '. Record longer, and ask beforehand what a length shows:',)
-        commands = (f'ssi_ros identifiability --model {model} --duration-s 600',)
+        lines = (found['reason'] + '. Record longer'
+                 + (', and ask beforehand what a length shows:' if model else '.'),)
+        commands = (f'{seen} --duration-s 600',) if model else ()
     return Section('What to do next?', lines, (), (), commands)

@@ -49,7 +49,7 @@ def maps(view):
     for when, curves in (('before', view.before), ('after', view.after)):
         if curves is None:
             continue
-        words = 'the nominal model' if when == 'before' else 'the model with the effect'
+        words = f'the {view.nominal}' if when == 'before' else 'the model with the effect'
         made += [_sensor_map(view, curves, when, words), _time_map(view, curves, when, words)]
     return tuple(made)
 
@@ -63,7 +63,7 @@ def _sensor_map(view, curves, when, words):
     count, f = _bands(view)
     bins = len(view.frame.frequencies_hz) / count
     # a mean of n exponential variables has the standard deviation 1 / sqrt n
-    std = np.sqrt(view.frame.crowding / (bins * view.frame.pieces))
+    std = view.blur * np.sqrt(view.frame.crowding / (bins * view.frame.pieces))
     z = (banded(curves.own, count, 0) - 1.0).T / std
     return Picture(f'map_sensor_{when}', heat(
         np.round(z, 2).astype(np.float32), f, view.channels, f'Sensors over frequency: {words}',
@@ -131,17 +131,17 @@ def before_after_tables(view):
             after = view.pairs_after[i]
             row += ['-'] * 3 if after is None else _against(m, after)
         rows.append(tuple(row))
-    heads = ['identified [Hz]', '± [Hz]', 'model off [%]', 'damping off [%]', 'MAC']
-    levels = ['channel', 'recorded', 'model']
+    heads = ['identified [Hz]', '± [Hz]', f'{view.nominal} off [%]', 'damping off [%]', 'MAC']
+    levels = ['channel', 'recorded', view.nominal]
     if view.after is not None:
         heads += ['with effect off [%]', 'damping off [%]', 'MAC']
         levels.append('model with the effect')
     power = [(name, *(f'{1e3 * r[i]:.4g}' for r in view.rms))
              for i, name in enumerate(view.channels)]
     return (Table(tuple(heads), tuple(rows),
-                  'The model less what was identified, over what was identified'),
+                  f'The {view.nominal} less what was identified, over what was identified'),
             Table(tuple(levels), tuple(power),
-                  'Rms of each channel in the band used [mm/s²], levels of the models fitted'))
+                  'Rms of each channel in the band used [mm/s²], levels fitted'))
 
 
 def _against(mode, pair):

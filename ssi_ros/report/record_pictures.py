@@ -60,7 +60,8 @@ def histories(samples):
                    'a gap is a gap of the record.' if each > 2 else 'Accelerations, every sample.')
 
 
-def spectra(channels, frame, record, model=None, corrected=None, name='spectra'):
+def spectra(channels, frame, record, model=None, corrected=None, name='spectra',
+            nominal='model'):
     """
     Draw amplitude spectra of the record and what models expect.
 
@@ -74,6 +75,8 @@ def spectra(channels, frame, record, model=None, corrected=None, name='spectra')
         Periodograms: recorded, expected of the model, expected of the model with the effect.
     name : str
         Of the picture.
+    nominal : str
+        What `model` is: 'model' or 'reference'.
 
     Returns
     -------
@@ -85,7 +88,7 @@ def spectra(channels, frame, record, model=None, corrected=None, name='spectra')
     made = grid(rows, columns, 120 + 270 * rows, channels, shared_xaxes=True, shared_yaxes=True,
                 vertical_spacing=0.22 / rows, horizontal_spacing=0.04)
     f = frame.frequencies_hz.astype(np.float32)
-    for label, line, seen in (('recorded', RECORD, record), ('model', MODEL, model),
+    for label, line, seen in (('recorded', RECORD, record), (nominal, MODEL, model),
                               ('model with the effect', CORRECTED, corrected)):
         if seen is None:
             continue
@@ -102,7 +105,9 @@ def spectra(channels, frame, record, model=None, corrected=None, name='spectra')
     words = ('Amplitude spectra, the mean of '
              f'{frame.pieces} tapered pieces of {frame.rows / frame.rate_hz:g} s. '
              'Thin and solid: recorded')
-    if model is not None:
+    if model is not None and nominal == 'reference':
+        words += '; dashed: the reference recording, scaled to the level of this one'
+    elif model is not None:
         words += ('; dashed: what the model expects of the same taper, its levels of excitation '
                   'and noise fitted')
     if corrected is not None:

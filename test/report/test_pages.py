@@ -13,6 +13,7 @@ from ssi_ros.cli.main import main
 from ssi_ros.effects import inject, load_configuration, parse_effect, simulate_setup
 from ssi_ros.gap.diagnosis import Diagnosis, Explanation, Value
 from ssi_ros.gap.settings import DiagnosisSettings
+from ssi_ros.records import Samples
 from ssi_ros.report.bag_page import bag_page, Judged, windows_of
 from ssi_ros.report.diagnosis_page import diagnosis_markdown, diagnosis_page, view_of
 
@@ -177,6 +178,28 @@ def test_every_outcome_has_its_page(outcome):
     for text in (diagnosis_page(found), diagnosis_markdown(found)):
         assert outcome in text and 'a reason' in text and 'nan' not in text.split('<style>')[0]
         assert 'What to do next?' in text
+
+
+def test_page_of_a_reference(record):
+    """Two records make the same page without a spacecraft; twins differ by chance alone."""
+    from ssi_ros.report.gap_pictures import maps
+    from ssi_ros.report.gap_view import reference_view
+    spacecraft, changed, _, _ = record
+    twins = [simulate_setup(inject(spacecraft, (), 300.0), seed) for seed in (1, 2)]
+
+    def largest(view):
+        field = next(p.figure.data[0].z for p in maps(view) if p.name == 'map_sensor_before')
+        return float(np.mean(array(field) ** 2))
+    same = reference_view(twins[0], replace(twins[1], values=3.0 * twins[1].values))
+    other = reference_view(twins[0], changed)
+    # mean squares of standardised fields: resonances fill few bins, so that bands of strongly
+    # unequal power scatter more than even ones; 3 is what chance then reaches
+    assert largest(same) < 3.0 and largest(other) > 2 * largest(same)
+    assert np.isclose(same.before.levels['level'], 9.0, rtol=0.1)
+    page = diagnosis_page(a_diagnosis(), other, bag='b', nominal='--reference a')
+    assert 'reference off [%]' in page and '--apply' not in page
+    with pytest.raises(ValueError, match='same channels and rate'):
+        reference_view(twins[0], Samples(twins[1].values[:, :2], 100.0, ('a', 'b')))
 
 
 def test_verbs_write_pages(tmp_path, capsys):
