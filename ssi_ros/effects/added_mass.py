@@ -24,8 +24,6 @@ class AddedMass(Effect):
 
     def apply(self, setup):
         """Return the setup with the mass on the array."""
-        explicit = any(d.endswith('_hinge') for d in setup.system.dofs)
-        row = displacement_row(setup.spacecraft, self.array, self.along_m, self.lateral_m,
-                               explicit)
+        row = displacement_row(setup.spacecraft, self.array, self.along_m, self.lateral_m)
         full = [*row, *[0.0] * (len(setup.system.dofs) - len(row))]
         return replace(setup, system=add_point_mass(setup.system, full, self.mass_kg))

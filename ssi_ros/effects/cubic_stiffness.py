@@ -30,5 +30,6 @@ class CubicStiffness(Effect):
 
     def apply(self, setup):
         """Return the setup with the nonlinear part of the hinge."""
-        law = HingeLaw(f'{self.array}_hinge', 'cubic', self.k3_n_m_rad3)
+        law = HingeLaw(f'{self.array}_hinge', 'cubic', self.k3_n_m_rad3,
+                       self.stiffness_n_m_rad)
         return replace(setup, laws=setup.laws + (law,))

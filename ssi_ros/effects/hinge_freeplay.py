@@ -29,5 +29,6 @@ class HingeFreeplay(Effect):
 
     def apply(self, setup):
         """Return the setup with the nonlinear part of the hinge."""
-        law = HingeLaw(f'{self.array}_hinge', 'freeplay', self.gap_rad)
+        law = HingeLaw(f'{self.array}_hinge', 'freeplay', self.gap_rad,
+                       self.stiffness_n_m_rad)
         return replace(setup, laws=setup.laws + (law,))

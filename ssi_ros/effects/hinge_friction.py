@@ -29,5 +29,6 @@ class HingeFriction(Effect):
 
     def apply(self, setup):
         """Return the setup with the nonlinear part of the hinge."""
-        law = HingeLaw(f'{self.array}_hinge', 'friction', self.torque_n_m)
+        law = HingeLaw(f'{self.array}_hinge', 'friction', self.torque_n_m,
+                       self.stiffness_n_m_rad)
         return replace(setup, laws=setup.laws + (law,))

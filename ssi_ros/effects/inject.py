@@ -32,7 +32,7 @@ def inject(spacecraft, effects=(), duration_s=600.0):
     effects = tuple(e for e in effects if not e.is_null)
     for e in effects:
         spacecraft = e.spacecraft(spacecraft)
-    system = assemble(spacecraft, explicit_hinges=any(e.nonlinear for e in effects))
+    system = assemble(spacecraft, hinge_inputs=any(e.nonlinear for e in effects))
     setup = Setup(spacecraft, system, system.rate_hz, duration_s)
     for e in effects:
         setup = e.apply(setup)

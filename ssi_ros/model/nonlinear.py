@@ -28,18 +28,22 @@ class HingeLaw:
     Attributes
     ----------
     hinge : str
-        Freedom, such as 'E1_hinge'.
+        Input that is the torque about it, such as 'E1_hinge'; the same row reads its angle.
     kind : str
         'freeplay': no moment within +-size [rad]; 'friction': Coulomb torque size [N m];
         'cubic': moment size alpha^3, [N m/rad^3].
     size : float
         As `kind` says; 0 changes nothing.
+    stiffness_n_m_rad : float, optional
+        Linear stiffness of the hinge, which the system has already; that of its freedom where
+        the hinge is one.
 
     """
 
     hinge: str
     kind: str
     size: float
+    stiffness_n_m_rad: float | None = None
 
     def __post_init__(self):
         if self.kind not in KINDS:
@@ -57,7 +61,7 @@ def simulate_nonlinear(system, duration_s, seed, *, laws=(), gyroscopic=False, e
     Parameters
     ----------
     system : System
-        Of `assemble(spacecraft, explicit_hinges=True)`, without filters.
+        Of `assemble` with `explicit_hinges` or `hinge_inputs`, without filters.
     duration_s, seed, excitation, at_rest, start_ns
         As in `simulate`; the stationary start is that of the linear system.
     laws : tuple of HingeLaw
@@ -104,14 +108,15 @@ def simulate_nonlinear(system, duration_s, seed, *, laws=(), gyroscopic=False, e
     to_state = sampled.vectors * sampled.weight
     where = {name: i for i, name in enumerate(space.states)}
     hinges = [law.hinge for law in laws]
-    angle = to_state[[where[h] for h in hinges]].reshape(-1, len(z))
-    speed = to_state[[where[h + '_rate'] for h in hinges]].reshape(-1, len(z))
-    momentum = system.mass[:3, 3:] @ to_state[[where[d + '_rate'] for d in system.dofs[3:]]]
     act = [system.inputs.index(h) for h in hinges]
+    # A hinge lies in the arrays: the hub, whose attitude may be no state, does not turn it.
+    turn, moving = system.input[3:, act].T, system.dofs[3:]
+    angle = turn @ to_state[[where[d] for d in moving]]
+    speed = turn @ to_state[[where[d + '_rate'] for d in moving]]
+    momentum = system.mass[:3, 3:] @ to_state[[where[d + '_rate'] for d in system.dofs[3:]]]
     inertia = system.mass[:3, :3]
     torque_of = system.input[:3]
-    stiffness = np.array([system.stiffness[system.dofs.index(h), system.dofs.index(h)]
-                          for h in hinges])
+    stiffness = np.array([_stiffness(system, law) for law in laws])
     if laws:
         give = np.einsum('hs,sh->h', angle, sampled.b[:, act]).real / 2
         for law, gain in zip(laws, stiffness * give):
@@ -142,14 +147,25 @@ def _check(system, laws, substeps):
     if system.shaping is not None or system.conditioning is not None:
         raise ValueError('filters are not part of the nonlinear simulation; shape the excitation '
                          'or filter the record instead')
-    hinges = [d for d in system.dofs if d.endswith('_hinge')]
+    hinges = [i for i in system.inputs if i.endswith('_hinge')]
     for law in laws:
         if law.hinge not in hinges:
             raise ValueError(f'hinge={law.hinge!r} is not on this system, which has '
                              f'{", ".join(hinges) or "none"}; give the array a finite '
                              'hinge_n_m_rad and assemble with explicit_hinges=True')
+        _stiffness(system, law)
     if len({law.hinge for law in laws}) < len(laws):
         raise ValueError('a hinge has two laws; give each hinge one')
+
+
+def _stiffness(system, law):
+    if law.stiffness_n_m_rad is not None:
+        return law.stiffness_n_m_rad
+    if law.hinge not in system.dofs:
+        raise ValueError(f'{law.hinge} is no freedom of this system; give its law the '
+                         'stiffness_n_m_rad of the hinge')
+    at = system.dofs.index(law.hinge)
+    return system.stiffness[at, at]
 
 
 @njit(cache=True)

@@ -19,7 +19,7 @@ from ssi_ros.model.system import System
 RESIDUAL_DAMPING = 0.5      # see `_array_matrices`
 
 
-def assemble(spacecraft, explicit_hinges=False):
+def assemble(spacecraft, explicit_hinges=False, hinge_inputs=False):
     """
     Build the coupled system M X'' + D X' + K X = B u with its excitation and sensor chain.
 
@@ -30,6 +30,9 @@ def assemble(spacecraft, explicit_hinges=False):
     explicit_hinges : bool
         Keep the angle of every hinge of finite stiffness as a freedom of its own, which a
         nonlinear hinge needs; otherwise the modes of the array contain it.
+    hinge_inputs : bool
+        Add the torque about every hinge of finite stiffness as an input, of which the modes take
+        their share; the same row reads the angle. A stiff hinge is then the clamp.
 
     Returns
     -------
@@ -60,13 +63,25 @@ def assemble(spacecraft, explicit_hinges=False):
         d for d in dofs if d.endswith('_hinge'))
     sensor = np.array([displacement_row(spacecraft, s.array, s.along_m, s.lateral_m,
                                         explicit_hinges) for s in spacecraft.sensors])
+    extra = []
+    if hinge_inputs:
+        extra = [a for a in spacecraft.arrays if math.isfinite(a.hinge_n_m_rad)]
+        inputs += tuple(f'{a.name}_hinge' for a in extra)
+    columns = [hinge_row(a, dofs)[:, None] for a in extra]
     return System(
         mass=mass[pick], damping=damping[pick], stiffness=stiffness[pick],
-        input=np.eye(len(dofs)), sensor=sensor, dofs=dofs, inputs=inputs,
+        input=np.hstack([np.eye(len(dofs)), *columns]), sensor=sensor, dofs=dofs, inputs=inputs,
         channels=tuple(s.name for s in spacecraft.sensors),
         excitation=default_excitation(spacecraft),
         chain=(Noise((spacecraft.noise_rms_m_s2,) * len(spacecraft.sensors)),),
         rate_hz=spacecraft.rate_hz)
+
+
+def hinge_row(array, dofs):
+    """Return the angle of an array's hinge by every freedom, from the slope at its root, (n,)."""
+    slopes = dict(zip((f'{array.name}_eta{i + 1}' for i in range(array.modes)),
+                      _modes(array, False).at(0.0, 0.0, (1, 0))))
+    return np.array([slopes.get(d, 0.0) for d in dofs])
 
 
 def default_excitation(spacecraft):
