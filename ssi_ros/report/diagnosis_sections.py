@@ -1,7 +1,7 @@
 """A diagnosis as sections, in the order of an engineer's questions."""
 from ssi_ros.report.gap_pictures import (before_after_tables, candidate_name, candidate_pictures,
                                          maps, where_pictures)
-from ssi_ros.report.parts import number, percent, Section, Table
+from ssi_ros.report.parts import measured, number, percent, Section, Table
 from ssi_ros.report.record_pictures import spectra
 
 OUTCOMES = {
@@ -116,8 +116,7 @@ def _which(found, candidates, places):
     lines = (f'Best: {named}, with probability {percent(verdict["probability"], 1)}.',)
     rows = []
     for c, place in zip(candidates, places):
-        values = ', '.join(f'{k.split(".")[-1]} {number(v["value"], 5)} '
-                           f'{"" if v["unit"] == "1" else v["unit"]}'.strip()
+        values = ', '.join(f'{k.split(".")[-1]} {measured(v["value"], v["unit"])}'
                            for k, v in c['parameters'].items())
         rows.append((candidate_name(c), percent(c['probability'], 1),
                      '; '.join(filter(None, (place, values))) or MEANING.get(c['effects'][0], ''),
@@ -133,8 +132,8 @@ def _how_sure(found, candidates):
     verdict, best = found['verdict'], candidates[0] if candidates else None
     lines = [f'Probability {percent(verdict["probability"], 1)} for '
              + (' or '.join(verdict['class']) or 'no effect of the library') + '.']
-    rows = [(k, f'{number(v["value"], 6)} {"" if v["unit"] == "1" else v["unit"]}'.strip(),
-             number(v['std'], 2), f'{number(v["low90"], 6)} to {number(v["high90"], 6)}')
+    rows = [(k, measured(v['value'], v['unit'], 6), number(v['std'], 2),
+             f'{number(v["low90"], 6)} to {number(v["high90"], 6)}')
             for k, v in (best['parameters'] if best else {}).items()]
     table = Table(('parameter', 'value', '± 1 sd', '90 % interval'), tuple(rows))
     return Section('How sure is that?', tuple(lines), (table,) if rows else ())

@@ -67,3 +67,9 @@ def percent(share, digits=0):
     if 1.0 - least < share < 1.0:
         return f'> {100 - 200 * least:g} %'
     return f'{100 * share:.{digits}f} %'
+
+
+def measured(value, unit, digits=5):
+    """Return a number with its unit; a pure number alone, parts per million as times 1e-6."""
+    words = '' if unit == '1' else f' × {unit}' if unit[:1].isdigit() else f' {unit}'
+    return number(value, digits) + words
