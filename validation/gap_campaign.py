@@ -22,6 +22,7 @@ from ssi_ros.gap.diagnose import diagnose
 from ssi_ros.gap.fit import fit, Simulator
 from ssi_ros.gap.likelihood import Evidence
 from ssi_ros.gap.scores import make_templates, score
+from ssi_ros.gap.search import at_size
 from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.gap.spectra import make_frame, spectra
 from ssi_ros.gap.tolerance import no_tolerance
@@ -93,19 +94,11 @@ def draw(rng, oracle, name, detection):
     if name in ('hinge_freeplay', 'hinge_friction', 'cubic_stiffness'):
         return hinge(rng, cls, place, detection)
     effect = cls(**place, **low)
-    size = next(f for f in effect.numbers() if f.name == cls.size)
     for _ in range(6):
-        now = getattr(effect, cls.size)
         ratio = detection / max(oracle.detection(effect), 1e-9)
         if abs(np.log(ratio)) < 0.02:
             break
-        if np.isfinite(size.default):
-            value = size.default + np.clip(ratio, 0.05, 20) * (now - size.default)
-        else:
-            # a corner acts by its inverse square, a hinge by its inverse
-            value = now / np.clip(ratio, 0.05, 20) ** (0.5 if 'corner' in cls.size else 1.0)
-        effect = replace(effect, **{cls.size: min(max(value, size.metadata['low']),
-                                                  size.metadata['high'])})
+        effect = at_size(effect, ratio)
     return effect
 
 

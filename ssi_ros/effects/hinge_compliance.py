@@ -13,6 +13,7 @@ class HingeCompliance(Effect):
     size = 'stiffness_n_m_rad'
     reference = 'docs/theory.md, section 2 (plate with a hinged root)'
     starts = {'stiffness_n_m_rad': (3e6, 3e5, 3e4)}
+    power = -1.0
 
     array: str = quantity('E1', doc='array')
     stiffness_n_m_rad: float = quantity(float('inf'), unit='N m/rad', low=10.0,

@@ -19,6 +19,7 @@ class SensorBandwidth(Effect):
     size = 'corner_hz'
     reference = 'Butterworth, Wireless Engineer 7, 1930'
     starts = {'corner_hz': (250.0, 60.0)}
+    power = -2.0
 
     channel: str = quantity('all', doc='channel, or all')
     corner_hz: float = quantity(float('inf'), unit='Hz', low=0.1, doc='corner, -3 dB')

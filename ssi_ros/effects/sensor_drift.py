@@ -14,10 +14,11 @@ class SensorDrift(Effect):
     size = 'rms_m_s2'
     reference = 'IEEE Std 952, annex C (exponentially correlated noise)'
     starts = {'rms_m_s2': (1e-3,), 'time_constant_s': (1.0, 10.0)}
+    power = 2.0
 
     channel: str = quantity('e1_a', doc='channel')
     rms_m_s2: float = quantity(0.0, unit='m/s^2', low=0.0, high=1e3, doc='rms')
-    time_constant_s: float = quantity(10.0, unit='s', low=1e-3, high=1e5, doc='time constant')
+    time_constant_s: float = quantity(10.0, unit='s', low=0.1, high=1e5, doc='time constant')
 
     def apply(self, setup):
         """Return the setup with the noise at the end of the chain."""

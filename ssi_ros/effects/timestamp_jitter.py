@@ -15,6 +15,7 @@ class TimestampJitter(Effect):
     size = 'rms_s'
     reference = 'Balakrishnan, IRE Trans. Inf. Theory 8(3), 1962'
     starts = {'rms_s': (2e-4,)}
+    power = 2.0
 
     rms_s: float = quantity(0.0, unit='s', low=0.0, high=1.0, doc='rms of the error')
 

@@ -13,6 +13,8 @@ from ssi_ros.gap.tolerance import no_tolerance
 STEPS = 12
 ENOUGH = 0.02           # gain of the log likelihood below which a fit stops
 PROBE = 1e-3            # share of the coordinate's scale for a difference quotient
+EXCITATION_STD = 1.4    # of the logarithm of a power that is not known: 6 dB
+NOISE_STD = 0.7         # and of the noise of a sensor: 3 dB
 LONGEST = 1.5           # step of a logarithm
 
 
@@ -153,9 +155,10 @@ class _Place:
         self.model = now.at(np.exp(logs))
         self.seen = whiten(self.model, evidence)
         self.value = self.seen.likelihood
+        self.prior = level_prior(len(logs))
         if np.isfinite(self.value):
             gain, self.slopes, self.inverse = tolerance.profile(self.seen)
-            self.value += gain
+            self.value += gain - float(self.prior @ logs ** 2) / 2
 
     def gradient(self, slopes, evidence):
         """Return score and information of slopes of S, the tolerances profiled out."""
@@ -169,8 +172,16 @@ class _Place:
         score = seen.weight * (total @ seen.excess.ravel())
         information = seen.weight * (total @ total.T)
         mixed = seen.weight * (flat.sum(axis=1) @ tolerance.vectors.T)
+        count = len(self.logs)
+        score[:count] -= self.prior * self.logs
+        information[:count, :count] += np.diag(self.prior)
         return (score - mixed @ self.inverse @ self.slopes,
                 information - mixed @ self.inverse @ mixed.T)
+
+
+def level_prior(count):
+    """Return the precision of the logarithms of so many levels, the sensor noise last."""
+    return 1 / np.append(np.full(count - 1, EXCITATION_STD), NOISE_STD) ** 2
 
 
 def _scales(candidate):

@@ -11,6 +11,7 @@ import numpy as np
 from scipy.stats import norm
 
 from ssi_ros.gap.candidate import Candidate
+from ssi_ros.gap.fit import level_prior
 from ssi_ros.gap.likelihood import real_vectors, white, whiten
 
 DRAWS = 4000
@@ -140,7 +141,10 @@ def score(templates, fitted, evidence, tolerance):
                        evidence.pieces)
     total = seen.excess.sum(axis=0).astype(np.float32)
     raw = seen.weight * (here.flat @ total).astype(float)
-    raw -= here.mixed @ here.inner @ (seen.weight * (here.basis @ total)).astype(float)
+    beside = (seen.weight * (here.basis @ total)).astype(float)
+    count = len(fitted.levels)
+    beside[:count] -= level_prior(count) * np.log(fitted.levels)
+    raw -= here.mixed @ here.inner @ beside
     if here.swings:
         # a model that is the same for all pieces was compared with their mean only
         each = seen.excess if len(seen.excess) > 1 else whiten(
@@ -192,8 +196,7 @@ class _Directions:
         beside = [real_vectors(white(lower, s.mean(axis=0))[None])[0] for s in shares]
         self.basis = np.array(beside + list(tolerance.vectors), np.float32)
         count = len(pieces) / frame.crowding
-        # Flat prior for the levels, unit variance for the tolerances.
-        prior = np.diag([0.0] * len(beside) + [1.0] * len(tolerance.vectors))
+        prior = np.diag(np.append(level_prior(len(beside)), np.ones(len(tolerance.vectors))))
         self.inner = np.linalg.inv(count * (self.basis @ self.basis.T).astype(float) + prior)
         self.mixed = count * (self.flat @ self.basis.T).astype(float)
         self.information = (count * (self.flat @ self.flat.T).astype(float)

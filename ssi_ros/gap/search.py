@@ -166,15 +166,15 @@ def promising_pairs(scores, count):
 
 
 def at_size(effect, size):
-    """Return an effect at `size` times its starting value, kept to where a line may be drawn."""
+    """Return an effect at the size whose change of the spectrum is `size` times its own."""
     f = next(f for f in effect.numbers() if f.name == effect.size)
     null, value = f.default, getattr(effect, effect.size)
-    if not np.isfinite(null):
-        # a corner acts by its inverse square, a hinge by its inverse: between the two
-        return replace(effect, **{f.name: value / np.clip(abs(size), 1e-6, 10.0) ** 0.6})
-    size = float(np.clip(abs(size), 0.02, 20.0) * np.sign(size or 1.0))
-    moved = min(max(null + size * (value - null), f.metadata['low']), f.metadata['high'])
-    return replace(effect, **{f.name: moved})
+    share = float(np.clip(abs(size), 1e-4, 30.0)) ** (1.0 / effect.power)
+    if np.isfinite(null):
+        value = null + np.copysign(share, size or 1.0) * (value - null)
+    else:
+        value = value * share
+    return replace(effect, **{f.name: min(max(value, f.metadata['low']), f.metadata['high'])})
 
 
 def brackets(effect):

@@ -1,0 +1,97 @@
+"""
+The floor by simulation: what a fitted candidate leaves of records that it made itself, (119).
+
+The expected spectrum of a nonlinear hinge, of rails or of a drift is an approximation. What it
+leaves of a simulated record is not held against a candidate.
+"""
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ssi_ros.effects import inject, simulate_setup
+from ssi_ros.gap.fit import fit
+from ssi_ros.gap.likelihood import Evidence
+from ssi_ros.gap.meter import measure
+from ssi_ros.gap.scores import score
+from ssi_ros.gap.spectra import spectra
+from ssi_ros.gap.torque import reconstruct, torque_signs
+
+RECORDS = 5
+REFIT_STEPS = 3
+SEED = 9_000_000        # far from seeds that records are made with
+
+
+@dataclass(frozen=True, eq=False)
+class Floor:
+    """
+    What a candidate leaves of its own records.
+
+    Attributes
+    ----------
+    z : ndarray, shape (t,)
+        Mean of the scores.
+    deviations : float
+        Mean of the meter, in standard deviations of its floor from theory.
+    signs : tuple of str
+        Effects whose signs at least two records show.
+
+    """
+
+    z: np.ndarray
+    deviations: float
+    signs: tuple
+
+    def against(self, scores, meter, signs):
+        """Return scores, deviations of the meter, and signs of a record, against this floor."""
+        spread = np.sqrt(1 + 1 / RECORDS)
+        return (replace(scores, z=(scores.z - self.z) / spread),
+                (meter.deviations - self.deviations) / spread,
+                tuple(s for s in signs if s.effect.name not in self.signs))
+
+
+def floor_by_simulation(simulator, best, templates, tolerance, settings, names):
+    """
+    Simulate a fitted candidate and look at what it leaves of its own records.
+
+    Parameters
+    ----------
+    simulator : Simulator
+        Model side.
+    best : Fit
+        The candidate.
+    templates, tolerance, settings
+        As for the record.
+    names : sequence of str
+        Effects whose signs are looked for.
+
+    Returns
+    -------
+    Floor
+
+    """
+    frame = simulator.frame
+    craft = at_levels(simulator.spacecraft, best.levels)
+    setup = inject(craft, simulator.present + best.candidate.effects, simulator.duration_s)
+    z, deviations, seen = [], [], []
+    for i in range(RECORDS):
+        samples = simulate_setup(setup, SEED + i)
+        evidence = Evidence(frame, spectra(samples, frame), tuple(range(frame.pieces)))
+        again = fit(simulator, evidence, best.candidate, best.levels, REFIT_STEPS, tolerance)
+        z.append(score(templates, again, evidence, tolerance).z)
+        deviations.append(measure(again.model, evidence, settings.band_bins).deviations)
+        if names:
+            seen += [s.effect.name for s in torque_signs(
+                reconstruct(simulator, again, samples, settings), names)]
+    return Floor(np.mean(z, axis=0), float(np.mean(deviations)),
+                 tuple(n for n in set(seen) if seen.count(n) > 1))
+
+
+def at_levels(spacecraft, levels):
+    """Return a spacecraft whose torque, process noise and sensor noise have levels of power."""
+    torque, process, noise = np.sqrt(levels)
+    excitation = spacecraft.excitation
+    return replace(
+        spacecraft, noise_rms_m_s2=spacecraft.noise_rms_m_s2 * float(noise),
+        excitation=replace(
+            excitation, process_noise_rms=excitation.process_noise_rms * float(process),
+            torque_rms_n_m=tuple(float(t * torque) for t in excitation.torque_rms_n_m)))
