@@ -6,7 +6,8 @@ import numpy as np
 
 from ssi_ros.model.excitation import total_covariance
 
-ROUNDS = 25
+ROUNDS = 40
+ENOUGH = 1e-7           # relative change of an equivalent hinge at which it stands
 
 
 def linearise(setup):
@@ -22,33 +23,39 @@ def linearise(setup):
         return setup
     base, system = setup.system, setup.system
     rows = {law.hinge: base.input[:, base.inputs.index(law.hinge)] for law in setup.laws}
-    extra = {law.hinge: (0.0, 0.0) for law in setup.laws}
+    at, before, system = np.zeros(len(setup.laws)), None, base
     for _ in range(ROUNDS):
         covariance = _covariance(system)
-        before = dict(extra)
-        for law in setup.laws:
-            angle, speed = _motion(system, covariance, rows[law.hinge])
-            k = law.stiffness_n_m_rad
-            if law.kind == 'freeplay':
-                # a hinge that never leaves its play would not hold the array at all
-                target = (max(-k * math.erf(law.size / (angle * math.sqrt(2))), -0.995 * k), 0.0)
-            elif law.kind == 'cubic':
-                target = (3 * law.size * angle ** 2, 0.0)
-            else:
-                target = (0.0, law.size * math.sqrt(2 / math.pi) / speed)
-            extra[law.hinge] = tuple((a + b) / 2 for a, b in zip(extra[law.hinge], target))
-        system = _with(base, extra, rows)
-        if all(np.allclose(extra[h], before[h], rtol=1e-9, atol=0.0) for h in extra):
+        off = np.array([_equivalent(law, *_motion(system, covariance, rows[law.hinge]))
+                        for law in setup.laws]) - at
+        step = off / 2
+        if before is not None:
+            # secant: the root of what is off, as if each hinge minded only itself
+            moved, change = before
+            slope = np.where(moved != 0.0, (off - change) / np.where(moved, moved, 1.0), -2.0)
+            step = np.where(slope < -0.1, -off / np.minimum(slope, -0.1), off / 2)
+        before, at = (step, off), at + step
+        system = _with(base, setup.laws, at, rows)
+        if np.all(np.abs(step) <= ENOUGH * np.abs(at)):
             break
     return replace(setup, system=system, laws=())
 
 
-def _with(system, extra, rows):
+def _equivalent(law, angle, speed):
+    """Return the stiffness that a law adds to its hinge, of friction the damping, eq. (96)."""
+    if law.kind == 'freeplay':
+        # a hinge that never leaves its play would not hold the array at all
+        return -law.stiffness_n_m_rad * min(math.erf(law.size / (angle * math.sqrt(2))), 0.995)
+    if law.kind == 'cubic':
+        return 3 * law.size * angle ** 2
+    return law.size * math.sqrt(2 / math.pi) / speed
+
+
+def _with(system, laws, sizes, rows):
     stiffness, damping = system.stiffness.copy(), system.damping.copy()
-    for hinge, (k, c) in extra.items():
-        both = np.outer(rows[hinge], rows[hinge])
-        stiffness += k * both
-        damping += c * both
+    for law, size in zip(laws, sizes):
+        matrix = damping if law.kind == 'friction' else stiffness
+        matrix += size * np.outer(rows[law.hinge], rows[law.hinge])
     return replace(system, stiffness=stiffness, damping=damping)
 
 
