@@ -13,14 +13,31 @@ from ssi_ros.identify.shapes import mac
 PATIENCE = 30           # windows that a mode may miss before its identity ends
 GATE = 6.0              # largest change of frequency, in spreads of the difference
 FLOOR = 0.002           # relative change of frequency that is always within the gate
-MAC_GATE = 0.6
+MAC_GATE = 0.1          # of the remembered shape; shapes of a close pair are mixed at times
+MAC_WEIGHT = 4.0        # a wrong shape costs more than any change of frequency within the gate
+MEMORY = 100            # windows over which a shape is remembered
 
 
 @dataclass(frozen=True)
 class Track:
-    """What is remembered of one identity."""
+    """
+    What is remembered of one identity.
+
+    Attributes
+    ----------
+    mode : Mode
+        As it was seen last.
+    shape : ndarray, shape (l,)
+        Mean of its shapes, of unit norm. The shapes of two modes that the window cannot part
+        wander into mixtures and back; who follows the last one ends on the other mode.
+    seen, missed : int
+        Windows in which it was seen, and windows since.
+
+    """
 
     mode: object
+    shape: np.ndarray
+    seen: int = 1
     missed: int = 0
 
 
@@ -66,14 +83,28 @@ def track(tracks, modes, patience=PATIENCE):
             identity, number = number, number + 1
             births.append(identity)
         named.append(replace(mode, identity=identity))
-    kept, deaths = [Track(mode) for mode in named], []
+    kept = [_seen(alive[matched[m]] if m in matched else None, mode)
+            for m, mode in enumerate(named)]
+    deaths = []
     for a in sorted(set(range(len(alive))) - {a for a, _ in pairs}):
         if alive[a].missed + 1 > patience:
             deaths.append(alive[a].mode.identity)
         else:
-            kept.append(Track(alive[a].mode, alive[a].missed + 1))
+            kept.append(replace(alive[a], missed=alive[a].missed + 1))
     return (Tracks(tuple(kept), number), tuple(sorted(named, key=lambda m: m.frequency_hz)),
             tuple(births), tuple(deaths))
+
+
+def _seen(old, mode):
+    """Return the track of a mode, its shape turned to the remembered one and averaged in."""
+    shape = mode.shape / np.linalg.norm(mode.shape)
+    if old is None:
+        return Track(mode, shape)
+    phase = np.vdot(shape, old.shape)
+    phase /= abs(phase) or 1.0
+    share = 1.0 / min(old.seen + 1, MEMORY)
+    mean = (1.0 - share) * old.shape + share * phase * shape
+    return Track(mode, mean / np.linalg.norm(mean), old.seen + 1)
 
 
 def _pairs(alive, modes):
@@ -83,8 +114,8 @@ def _pairs(alive, modes):
     step = np.abs(old[:, :1] - new[:, 0])
     spread = np.sqrt(np.nan_to_num(old[:, 1:]) ** 2 + np.nan_to_num(new[:, 1]) ** 2)
     allowed = np.maximum(GATE * spread, FLOOR * old[:, :1])
-    likeness = mac(np.array([t.mode.shape for t in alive]), np.array([m.shape for m in modes]))
+    likeness = mac(np.array([t.shape for t in alive]), np.array([m.shape for m in modes]))
     barred = (step > allowed) | (likeness < MAC_GATE)
-    cost = step / allowed + 2.0 * (1.0 - likeness)
+    cost = step / allowed + MAC_WEIGHT * (1.0 - likeness)
     cost[barred] = 1e3
     return [(a, m) for a, m in zip(*linear_sum_assignment(cost)) if not barred[a, m]]
