@@ -1,0 +1,169 @@
+"""Bad input gives a reason, never a crash and never a mode that is not there."""
+import warnings
+
+import numpy as np
+import pytest
+
+from simple_structure import accelerations, PAIR_HZ, PAIR_SHAPES
+from ssi_ros.identify import Identification, identify, Monitor
+from ssi_ros.records import Samples
+
+MINUTE = Identification(window_s=60.0, hop_s=10.0)
+ROWS = 6000
+
+
+@pytest.fixture(scope='module')
+def minute():
+    """Return a minute of two close pairs at four channels."""
+    return accelerations(PAIR_HZ, PAIR_SHAPES, 60.0, np.random.default_rng(3))
+
+
+def last_window(values):
+    """Identify values of any number of channels; a warning of NumPy is a fault."""
+    names = tuple('abcdefgh'[:values.shape[1]])
+    with warnings.catch_warnings():
+        warnings.simplefilter('error')
+        return identify(Samples(values, 100.0, names), MINUTE)[-1]
+
+
+def invented(window):
+    """Return the modes that are none of the four; 1 % is ten spreads of a minute."""
+    return [m for m in window.modes if abs(PAIR_HZ / m.frequency_hz - 1.0).min() > 0.01]
+
+
+def found(window):
+    """Return how many of the two pairs, at 6.4 and at 15.8 Hz, were found at all."""
+    f = np.array([m.frequency_hz for m in window.modes])
+    return sum(bool(len(f)) and abs(f - pair).min() < 0.01 * pair for pair in (6.4, 15.84))
+
+
+def test_the_record_itself_is_sound(minute):
+    """What the other tests spoil is found without being spoilt."""
+    window = last_window(minute)
+    assert window.reason == '' and found(window) == 2 and not invented(window)
+
+
+NOTHING = {
+    'zeros': (lambda v: 0.0 * v, 'constant'),
+    'one value': (lambda v: 0.0 * v + 9.81, 'constant'),
+    'a value and its rounding': (lambda v: 9.81 + 1e-15 * v, 'constant'),
+    'no number at all': (lambda v: np.nan * v, 'misses 100 %'),
+    'a ramp': (lambda v: np.outer(np.arange(ROWS), [1.0, 2.0, 3.0, 4.0]), 'identical'),
+    'one impulse': (lambda v: np.outer(np.arange(ROWS) == 3000, [1.0, 2.0, 3.0, 4.0]) * 1.0,
+                    'identical'),
+    'infinite': (lambda v: v / 0.0, 'misses'),
+    'beyond all numbers': (lambda v: v * 1e306, 'misses'),
+    'white noise': (lambda v: np.random.default_rng(1).standard_normal(v.shape), 'noise'),
+    'a random walk': (lambda v: np.random.default_rng(1).standard_normal(v.shape).cumsum(axis=0),
+                      'noise'),
+}
+
+
+@pytest.mark.parametrize('case', NOTHING)
+def test_nothing_to_find(minute, case):
+    """Where nothing vibrates there is no mode and a reason."""
+    spoil, word = NOTHING[case]
+    with np.errstate(all='ignore'):
+        values = spoil(minute)
+    window = last_window(values)
+    assert window.modes == () and word in window.reason
+
+
+def _with(values, *places):
+    values = values.copy()
+    for rows, column, value in places:
+        values[rows, column] = value
+    return values
+
+
+ALL = slice(None)
+SPOILT = {        # what is done: (record, words of the reason, pairs that are still there)
+    'identical channels': (lambda v: v[:, [0, 0, 2, 2]], 'a and b are identical', 1),
+    'all identical': (lambda v: v[:, [0, 0, 0, 0]], 'a and d are identical', 2),
+    'a channel is the sum of two': (
+        lambda v: np.column_stack([v[:, :3], v[:, 0] + v[:, 1]]), '', 2),
+    'rank two of four': (
+        lambda v: v[:, :2] @ np.array([[1.0, 0.0, 1.0, 2.0], [0.0, 1.0, 1.0, -1.0]]), '', 1),
+    'a channel is another one later': (
+        lambda v: np.column_stack([v[:, :3], np.roll(v[:, 0], 1)]), '', 2),
+    'a constant channel': (lambda v: _with(v, (ALL, 2, 5.0)), 'channel c is constant', 2),
+    'a dead channel': (lambda v: _with(v, (ALL, 2, np.nan)), 'channel c misses 100 %', 2),
+    'one channel': (lambda v: v[:, :1], '', 2),
+    '1e300 once': (lambda v: _with(v, (1234, 2, 1e300)), '1 samples beyond', 2),
+    '-1e300 first': (lambda v: _with(v, (0, 0, -1e300)), '1 samples beyond', 2),
+    'infinite once': (lambda v: _with(v, (700, 1, np.inf)), '1 samples beyond', 2),
+    'zeros in the second half': (lambda v: _with(v, (slice(3000, None), ALL, 0.0)), '', 2),
+    'half a minute missing': (lambda v: _with(v, (slice(2000, 5000), ALL, np.nan)), '', 2),
+    'a channel missing for ten seconds': (
+        lambda v: _with(v, (slice(2000, 3000), 1, np.nan)), '', 2),
+    'two channels never together': (
+        lambda v: _with(v, (slice(0, 2900), 0, np.nan), (slice(3100, None), 1, np.nan)),
+        'not positive definite', 0),
+    'all but the last second missing': (
+        lambda v: _with(v, (slice(0, 5900), ALL, np.nan)), 'misses 98 %', 0),
+    **{f'in units of 1e{k}': (lambda v, k=k: v * 10.0 ** k, '', 2) for k in (-9, -6, 3, 6)},
+    'units that differ by 1e15': (lambda v: v * [1e-9, 1.0, 1e6, 1e3], '', 2),
+    'coarse steps': (lambda v: np.round(v, 1), '', 2),
+}
+
+
+@pytest.mark.parametrize('case', SPOILT)
+def test_spoilt_records(minute, case):
+    """The fault is named, what can still be seen is found, and nothing is invented."""
+    spoil, words, pairs = SPOILT[case]
+    window = last_window(spoil(minute))
+    assert words in window.reason
+    assert invented(window) == []
+    assert found(window) >= pairs
+    for mode in window.modes:
+        assert np.isfinite([mode.frequency_hz, mode.damping_ratio, *abs(mode.shape)]).all()
+
+
+@pytest.mark.parametrize('rows', [0, 1, 2, 100, 5999])
+def test_a_record_shorter_than_the_window(minute, rows):
+    """What is there, in whole hops, and what is needed are told."""
+    window = last_window(minute[:rows])
+    assert window.modes == ()
+    assert f'holds {rows // 1000 * 10} s' in window.reason and 'needs 60 s' in window.reason
+
+
+@pytest.mark.parametrize('settings, words', [
+    ({'window_s': 2.0, 'hop_s': 1.0, 'block_rows': 60}, 'block_rows=60 needs 240 or more'),
+    ({'window_s': 0.1, 'hop_s': 0.1}, 'needs 120 or more'),
+    ({'window_s': 60.0, 'hop_s': 0.001}, 'at least 0.01 is needed')])
+def test_windows_that_cannot_hold_the_block_rows(settings, words):
+    """The message says how many samples, or how long a hop, there must be."""
+    with pytest.raises(ValueError, match=words):
+        Monitor(tuple('abcd'), 100.0, 0, Identification(**settings))
+
+
+def test_windows_of_zeros_pass(minute):
+    """Between two stretches of life a window of zeros has a reason; the next life is found."""
+    values = np.concatenate([minute, np.zeros((ROWS, 4)), minute])
+    windows = Monitor(tuple('abcd'), 100.0, 0, MINUTE).push(values)
+    dead = windows[6]                           # from 60 s to 120 s
+    assert dead.modes == () and 'constant' in dead.reason
+    assert found(windows[0]) == found(windows[-1]) == 2
+    assert invented(windows[-1]) == []
+
+
+@pytest.mark.parametrize('values, words', [
+    (np.zeros((5, 3)), 'one column a channel'), (np.zeros(5), 'one column a channel')])
+def test_rows_of_the_wrong_shape(values, words):
+    """The shape that is needed is told."""
+    with pytest.raises(ValueError, match=words):
+        Monitor(tuple('abcd'), 100.0, 0, MINUTE).push(values)
+
+
+@pytest.mark.parametrize('rate_hz', [0.0, -1.0, np.nan, np.inf])
+def test_rates_that_are_none(rate_hz):
+    """A rate is a positive number."""
+    with pytest.raises(ValueError, match='positive'):
+        Monitor(tuple('abcd'), rate_hz, 0, MINUTE)
+
+
+@pytest.mark.parametrize('count', [0, 65])
+def test_numbers_of_channels(count):
+    """One to 64 channels are identified together."""
+    with pytest.raises(ValueError, match='1 to 64'):
+        Monitor(tuple(map(str, range(count))), 100.0, 0, MINUTE)
