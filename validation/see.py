@@ -38,6 +38,10 @@ FIGURES = ROOT / 'docs' / 'figures'
 SEED, EFFECT, DURATION_S = 5, 'array_asymmetry:array=E1,scale=1.02', 600.0
 PICTURES = {'report_shape': 'shapes3d', 'report_maps': 'map_sensor_before',
             'report_stabilisation': 'stabilisation', 'report_closed': 'closed'}
+# without the buttons of Plotly, and a mode that twists
+DRESS = ('document.head.insertAdjacentHTML("beforeend", "<style>.modebar {display: none}</style>");'
+         '(s => { if (s) { s.selectedIndex = 5; s.dispatchEvent(new Event("change")); } })'
+         '(document.querySelector("select"))')
 SETTLE_S, WATCH_S = 30.0, 60.0
 
 
@@ -75,11 +79,12 @@ def open_times(path, folder):
         for times, hash_ in ((plain, ''), (every, '#all')) * 5:
             page.open(f'file://{path}{hash_}')
             times.append(int(page.until(opened)))
+        page.value(DRESS)
         for name, place in PICTURES.items():
             if not page.value(f'!!document.getElementById("{place}")'):
                 continue
             page.value(f'document.getElementById("{place}").scrollIntoView()')
-            time.sleep(1.0)
+            time.sleep(2.0)
             box = page.value(f'(b => ({{x: b.x, y: b.y + scrollY, width: b.width, height: '
                              f'b.height}}))(document.getElementById("{place}")'
                              '.getBoundingClientRect())')

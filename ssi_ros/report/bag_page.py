@@ -39,8 +39,13 @@ def windows_of(samples, window_s=0.0, hop_s=0.0):
     tuple of WindowModes
 
     """
-    hop_s = hop_s or max(int(100 * samples.duration_s * (1 - SHARE) / WINDOWS) / 100, 0.01)
-    window_s = window_s or hop_s * max(1, int(samples.duration_s * SHARE / hop_s))
+    if not window_s:
+        hop_s = hop_s or max(int(100 * samples.duration_s * (1 - SHARE) / WINDOWS) / 100, 0.01)
+        window_s = hop_s * max(1, int(samples.duration_s * SHARE / hop_s))
+    elif not hop_s:
+        # a whole part of the window, near the one that makes WINDOWS of the record
+        wanted_s = max(samples.duration_s - window_s, window_s) / WINDOWS
+        hop_s = window_s / max(1, round(window_s / wanted_s))
     return identify(samples, Identification(window_s=window_s, hop_s=hop_s))
 
 

@@ -93,7 +93,7 @@ def _complex(values):
 
 def _scene(spacecraft, grids, span):
     """Return the figure at rest, and the numbers of the traces that move."""
-    made = figure(520, showlegend=False, margin={'l': 0, 'r': 0, 't': 10, 'b': 0})
+    made = figure(420, showlegend=False, margin={'l': 0, 'r': 0, 't': 10, 'b': 0})
     for a, (along, lateral) in zip(spacecraft.arrays, grids):
         made.add_surface(x=lateral, y=a.side * (a.root_m + along), z=0 * along,
                          surfacecolor=0 * along, colorscale=PANEL, cmin=-1, cmax=1,

@@ -74,6 +74,7 @@ def whole(record):
     """Return the page of the bag, with everything that a page can hold."""
     spacecraft, samples, diagnosis, view = record
     windows = windows_of(samples, 150.0, 50.0)
+    assert len(windows) == 4
     return bag_page('night', samples, windows, facts=(('seed', '5'),),
                     judged=Judged(spacecraft, diagnosis, view, 'config/spacecraft.yaml'))
 
@@ -200,6 +201,15 @@ def test_page_of_a_reference(record):
     assert 'reference off [%]' in page and '--apply' not in page
     with pytest.raises(ValueError, match='same channels and rate'):
         reference_view(twins[0], Samples(twins[1].values[:, :2], 100.0, ('a', 'b')))
+
+
+def test_windows_by_default(record):
+    """Half of the record in twenty steps; a window alone gets a hop that divides it."""
+    samples = record[1].between(0.0, 60.0)
+    windows = windows_of(samples)
+    assert len(windows) == 21 and windows[0].end_ns - windows[0].start_ns == 30_000_000_000
+    windows = windows_of(samples, 7.77)
+    assert 15 <= len(windows) <= 25
 
 
 def test_verbs_write_pages(tmp_path, capsys):
