@@ -10,8 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ssi_ros.gap.alarm import quiet, step
-from ssi_ros.gap.candidate import Candidate
-from ssi_ros.gap.expected import Expected
+from ssi_ros.gap.fill import fill
 from ssi_ros.gap.fit import fit
 from ssi_ros.gap.likelihood import Evidence
 from ssi_ros.gap.live_model import BLAS, LEAST_MEANS
@@ -78,10 +77,9 @@ class GapUpdate:
 
 @dataclass(frozen=True, eq=False)
 class _Hop:
-    """One usable hop of the window: its spectrum, what was expected, its statistics."""
+    """One usable hop of the window: its spectrum and its statistics."""
 
     spectrum: np.ndarray
-    expected: Expected
     statistics: np.ndarray = None
 
 
@@ -154,7 +152,8 @@ class LiveGap:
         self.window.append(None)
         statistics = None
         if rows is not None:
-            self.window[-1] = self._hop(rows)
+            samples = Samples(rows, self.rate_hz, [''] * rows.shape[1])
+            self.window[-1] = _Hop(spectra(samples, self.model.frame)[0])
         found = self._fit() if self._held() else None
         if found is None:
             reasons.append('no usable hop in the window')
@@ -165,7 +164,7 @@ class LiveGap:
         return self._update(found, reasons)
 
     def _usable(self, rows):
-        """Return the rows, or None if too many are missing, and what is wrong with them."""
+        """Return the rows without gaps, or None if too much is missing, and what is wrong."""
         channels, reasons = self.model.simulator.spacecraft.sensors, []
         rows = np.where(np.abs(rows) < WILD, rows, np.nan)
         lost = np.isnan(rows)
@@ -176,20 +175,13 @@ class LiveGap:
             elif np.ptp(column[~gone]) == 0.0:
                 reasons.append(f'channel {channel.name} is constant')
         share = lost.any(axis=1).mean()
-        if share <= self.settings.missing_share:
-            return rows, reasons
-        return None, reasons or [f'{100 * share:.0f} % of the rows are not complete']
-
-    def _hop(self, rows):
-        frame, expected = self.model.frame, self.model.expected
-        there = ~np.isnan(rows).any(axis=1)
-        if not there.all():
-            padded = np.fft.rfft(frame.taper * there, 2 * frame.rows)
-            gappy = replace(frame, overlap=np.fft.irfft(np.abs(padded) ** 2)[:frame.rows])
-            simulator = replace_frame(self.model.simulator, gappy)
-            expected = simulator.expected(Candidate())
-        samples = Samples(rows - self._offset(rows), self.rate_hz, [''] * rows.shape[1])
-        return _Hop(spectra(samples, frame)[0], expected)
+        if share > self.settings.missing_share:
+            return None, reasons or [f'{100 * share:.0f} % of the rows are not complete']
+        rows = rows - self._offset(rows)
+        try:
+            return fill(rows, self.model.covariance), reasons
+        except ValueError as error:
+            return None, reasons + [str(error)]
 
     def _offset(self, rows):
         """
@@ -209,10 +201,9 @@ class LiveGap:
         held = self._held()
         frame = replace(self.model.frame, pieces=len(held))
         evidence = Evidence(frame, np.array([h.spectrum for h in held]), tuple(range(len(held))))
-        simulator = _Window(self.model.simulator, frame, together([h.expected for h in held]))
-        found = fit(simulator, evidence, levels=self.levels)
+        found = fit(self.model.simulator, evidence, levels=self.levels)
         if found is None and self.levels is not None:        # from a level that no longer holds
-            found = fit(simulator, evidence)
+            found = fit(self.model.simulator, evidence)
         if found is None:
             return None
         self.levels = found.levels
@@ -221,7 +212,7 @@ class LiveGap:
     def _score(self, found):
         """Return the statistics of the newest hop at the fitted levels, and keep them."""
         newest = self.window[-1]
-        seen = sight(self.model, newest.expected, found[0].levels)
+        seen = sight(self.model, found[0].levels)
         found = statistics(self.model, seen, newest.spectrum)
         self.window[-1] = replace(newest, statistics=found)
         return found
@@ -248,16 +239,6 @@ class LiveGap:
         return self.start_ns + round(hop * self.rows * 1e9 / self.rate_hz)
 
 
-class _Window:
-    """The simulator of a window whose hops may lack rows: only the levels can be fitted."""
-
-    def __init__(self, simulator, frame, expected):
-        self.spacecraft, self.frame, self._expected = simulator.spacecraft, frame, expected
-
-    def expected(self, candidate):
-        return self._expected
-
-
 def order_of(spacecraft, channels):
     """Return the column of every sensor of the model, ValueError if one is not there."""
     names, wanted = list(channels), [s.name for s in spacecraft.sensors]
@@ -266,17 +247,3 @@ def order_of(spacecraft, channels):
         raise ValueError(f'the channels are {", ".join(names)}, but the model also has '
                          f'{", ".join(missing)}; name the channels as the model does')
     return [names.index(n) for n in wanted]
-
-
-def replace_frame(simulator, frame):
-    """Return the simulator for pieces cut another way."""
-    return type(simulator)(simulator.spacecraft, frame, simulator.duration_s, simulator.present)
-
-
-def together(parts):
-    """Return the expected periodograms of several pieces; one stands for all that are equal."""
-    if all(p is parts[0] for p in parts):
-        return parts[0]
-    shares = zip(*(p.shares for p in parts))
-    return Expected(parts[0].names, tuple(np.concatenate(s) for s in shares),
-                    np.concatenate([p.fixed for p in parts]))

@@ -10,6 +10,7 @@ from ssi_ros.effects.stream import stream_setup, stretches
 from ssi_ros.gap.alarm import Bank, bets_on
 from ssi_ros.gap.candidate import Candidate, starting_points
 from ssi_ros.gap.expected import Expected
+from ssi_ros.gap.fill import autocovariance
 from ssi_ros.gap.fit import Simulator
 from ssi_ros.gap.likelihood import real_vectors, white
 from ssi_ros.gap.live_score import sight, statistics
@@ -42,7 +43,7 @@ class LiveSettings:
                                  doc='highest frequency used, as a share of half of the rate')
     band_bins: int = quantity(8, low=1, high=1000, live=False,
                               doc='frequency bins of a band of the meter')
-    missing_share: float = quantity(0.5, low=0.0, high=0.9,
+    missing_share: float = quantity(0.1, low=0.0, high=0.5,
                                     doc='a hop that lacks more of its rows is left out')
     false_alarm_every_s: float = quantity(
         2592000.0, unit='s', low=600.0, high=1e10,
@@ -77,6 +78,8 @@ class LiveModel:
         Whitened directions, of norm 1.
     line : ndarray, shape (k, l), complex
         Response of the channels to a torque about x_b in every bin.
+    covariance : ndarray, shape (m, l, l)
+        Autocovariance at the first lags, which fills missing samples.
     bank : Bank
         The bets on templates and lines.
 
@@ -90,6 +93,7 @@ class LiveModel:
     texts: tuple
     templates: np.ndarray
     line: np.ndarray
+    covariance: np.ndarray
     bank: Bank = None
 
     def cause(self, statistic):
@@ -180,7 +184,7 @@ def _prepare(spacecraft, settings, present, effects, tell):
         :, :, system.inputs.index('torque_x')]
     texts += [f'line at {f:.4g} Hz' for f in frame.frequencies_hz]
     model = LiveModel(simulator, frame, nominal, tuple(names), tuple(sites), tuple(texts),
-                      np.array(rows), line)
+                      np.array(rows), line, autocovariance(simulator))
     return replace(model, bank=_bank(model, _repeats(model, settings, tell)))
 
 
@@ -223,7 +227,7 @@ def _repeats(model, settings, tell):
     simulator, frame = model.simulator, model.frame
     _, _, blocks = stream_setup(simulator.spacecraft, simulator.present, CALIBRATION_SEED,
                                 block_s=settings.hop_s)
-    seen = sight(model, model.expected, np.ones(len(model.expected.names)))
+    seen = sight(model, np.ones(len(model.expected.names)))
     means, found = deque(maxlen=LEAST_MEANS), []
     for hop, block in zip(range(CALIBRATION_HOPS), blocks):
         tell(0.5 + 0.5 * hop / CALIBRATION_HOPS)

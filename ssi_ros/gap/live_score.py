@@ -34,12 +34,12 @@ class Sight:
     aim: np.ndarray
 
 
-def sight(model, expected, levels):
-    """Return how a hop of these expected periodograms is seen by a LiveModel, as a Sight."""
-    base = expected.at(levels)
+def sight(model, levels):
+    """Return how a hop is seen by a LiveModel at fitted levels, as a Sight."""
+    base = model.expected.at(levels)
     lower = np.linalg.inv(np.linalg.cholesky(base))
     basis = np.linalg.qr(np.array([real_vectors(white(lower, share))[0]
-                                   for share in expected.shares]).T)[0].astype(np.float32)
+                                   for share in model.expected.shares]).T)[0].astype(np.float32)
     left = 1.0 - np.sum((model.templates @ basis) ** 2, axis=1)
     aim = np.einsum('kij,kj->ki', lower[0], model.line)
     return Sight(base, lower, basis, np.sqrt(np.maximum(left, 1e-6) * model.frame.crowding),
@@ -55,7 +55,7 @@ def statistics(model, seen, spectrum):
     model : LiveModel
         Its templates.
     seen : Sight
-        Of the hop's levels and missing rows.
+        Of the hop's levels.
     spectrum : ndarray, shape (k, l)
         Of the hop.
 

@@ -13,7 +13,7 @@ import time
 
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from ssi_ros.effects import load_configuration
+from ssi_ros.effects import effect_class, load_configuration
 from ssi_ros.gap.background import Background
 from ssi_ros.gap.live import order_of
 from ssi_ros.gap.live_model import LiveSettings, prepare
@@ -43,6 +43,8 @@ class GapTask:
                                doc='length of the record kept for ~/diagnose')
     diagnosis: str = quantity('', live=False, doc='settings of ~/diagnose, YAML as '
                               'config/diagnosis.yaml; empty = the defaults')
+    effects: tuple = quantity(('',), live=False, doc='effects to consider, by name; an empty entry '
+                              'stands for the whole library')
     pairs: bool = quantity(True, live=False, doc='let ~/diagnose look for two effects at once')
 
 
@@ -61,6 +63,7 @@ class GapNode(StageNode):
         """Read the model, subscribe, advertise, and start the worker."""
         self._spacecraft, self._present = load_configuration(task.model or None)
         self._diagnosis = load_settings(task.diagnosis or None)
+        self._effects = tuple(effect_class(e).name for e in task.effects if e) or None
         self._intake = Intake(self, source, self._spacecraft.rate_hz, self._take)
         names = [n.rsplit('/', 1)[-1] for n in self._intake.names]
         order_of(self._spacecraft, names)
@@ -75,7 +78,9 @@ class GapNode(StageNode):
         diagnose.send_response = self._diagnose
         self._services = [diagnose, self.create_service(Trigger, '~/reset_alarm', self._reset)]
         self._names, self._task = names, task
-        self._worker = Worker(self, names, settings)
+        self._worker = Worker(self, names, settings, lambda progress: prepare(
+            self._spacecraft, settings, present=self._present, effects=self._effects,
+            progress=progress))
         self._look = self.every(LOOK_S, self._look_at_diagnosis)
 
     def _advertise(self, message_class, topic, qos):
@@ -154,7 +159,8 @@ class GapNode(StageNode):
         else:
             self._waiting.append((response, header))
             self._background.start(self._spacecraft, record, self._diagnosis,
-                                   present=self._present, pairs=self.settings[1].pairs)
+                                   present=self._present, effects=self._effects,
+                                   pairs=self._task.pairs)
             self.get_logger().info(f'diagnosing the last {record.duration_s:.0f} s')
             return
         response.success, response.message = False, why
@@ -189,8 +195,9 @@ class GapNode(StageNode):
 class Worker:
     """The thread that measures, and what it works on."""
 
-    def __init__(self, node, names, settings):
+    def __init__(self, node, names, settings, prepare_model):
         self.node, self.names, self.settings = node, names, settings
+        self.prepare = prepare_model
         self.lock = threading.Lock()
         self.rows = queue.SimpleQueue()
         self.share, self.fault, self.model, self.stream = 0.0, '', None, None
@@ -228,8 +235,7 @@ class Worker:
 
     def _work(self):
         try:
-            self.model = prepare(self.node._spacecraft, self.settings, present=self.node._present,
-                                 progress=self._progress)
+            self.model = self.prepare(self._progress)
         except Exception as error:      # the node tells by its health, and goes on
             if self.stopping:
                 return
