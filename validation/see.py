@@ -40,7 +40,8 @@ PICTURES = {'report_shape': 'shapes3d', 'report_maps': 'map_sensor_before',
             'report_stabilisation': 'stabilisation', 'report_closed': 'closed'}
 # without the buttons of Plotly, and a mode that twists
 DRESS = ('document.head.insertAdjacentHTML("beforeend", '
-         '"<style>.modebar {display: none}</style>"); (s => { if (s) { s.selectedIndex = 5; s.dispatchEvent(new Event("change")); } })'
+         '"<style>.modebar {display: none}</style>");'
+         '(s => { if (s) { s.selectedIndex = 5; s.dispatchEvent(new Event("change")); } })'
          '(document.querySelector("select"))')
 SETTLE_S, WATCH_S = 30.0, 60.0
 
