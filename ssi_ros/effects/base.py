@@ -8,6 +8,8 @@ from dataclasses import dataclass, fields
 from enum import Enum
 import math
 
+import numpy as np
+
 from ssi_ros.model.spacecraft import Spacecraft
 from ssi_ros.model.system import System
 from ssi_ros.quantity import check, quantities
@@ -45,6 +47,8 @@ class Setup:
         Delay of every channel [s]; empty for none.
     jitter_rms_s : float
         Wander of the sampling instants [s].
+    corners_hz : tuple of (int, float)
+        Butterworth low-passes: channel and corner [Hz].
 
     """
 
@@ -56,6 +60,17 @@ class Setup:
     drift: float = 0.0
     delays_s: tuple = ()
     jitter_rms_s: float = 0.0
+    corners_hz: tuple = ()
+
+    def reading(self, frequencies_hz):
+        """Return what delays and low-passes make of every channel, (k, l) complex, eq. (89)."""
+        s = 2j * math.pi * np.asarray(frequencies_hz)
+        delays = np.array(self.delays_s or (0.0,) * len(self.system.channels))
+        response = np.exp(-s[:, None] * delays)
+        for channel, corner_hz in self.corners_hz:
+            w = 2 * math.pi * corner_hz
+            response[:, channel] /= 1 + math.sqrt(2) * s / w + (s / w) ** 2
+        return response
 
 
 class Effect:

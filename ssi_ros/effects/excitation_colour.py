@@ -2,7 +2,7 @@
 from dataclasses import replace
 
 from ssi_ros.effects.base import Effect, effect, Site
-from ssi_ros.model.shaping import low_pass
+from ssi_ros.model.excitation import Coloured, Varying, White
 from ssi_ros.quantity import quantity
 
 
@@ -20,6 +20,7 @@ class ExcitationColour(Effect):
     corner_hz: float = quantity(float('inf'), unit='Hz', low=0.01, doc='corner of the low-pass')
 
     def apply(self, setup):
-        """Return the setup with the filter in front of the structure."""
-        shaping = low_pass(self.corner_hz, len(setup.system.inputs))
-        return replace(setup, system=replace(setup.system, shaping=shaping))
+        """Return the setup with the low-pass on all that is random in the excitation."""
+        parts = tuple(Coloured(p, self.corner_hz) if isinstance(p, (White, Varying)) else p
+                      for p in setup.system.excitation)
+        return replace(setup, system=replace(setup.system, excitation=parts))

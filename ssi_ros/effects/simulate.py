@@ -13,7 +13,7 @@ from ssi_ros.records import Samples
 
 HINGE_STEP_HZ = 2000.0      # least internal rate of nonlinear hinges
 DRIFT_STEP_S = 0.5          # how often a drifting stiffness takes its next value
-MARGIN = 200                # rows on each side that band-limited interpolation needs
+MARGIN = 400                # rows on each side that band-limited interpolation needs
 FINER = 8                   # times finer grid from which a cubic spline interpolates
 
 
@@ -43,7 +43,7 @@ def simulate_setup(setup, seed, *, at_rest=False, start_ns=0, progress=None):
     """
     system, rate_hz = setup.system, setup.system.rate_hz
     count = round(setup.duration_s * setup.stamp_rate_hz)
-    moves = bool(setup.delays_s) or setup.jitter_rms_s > 0.0
+    moves = bool(setup.delays_s or setup.corners_hz) or setup.jitter_rms_s > 0.0
     rows = count + 2 * MARGIN if moves else count
     bare = replace(system, chain=())
     if setup.laws and setup.drift:
@@ -96,17 +96,16 @@ def _drifting(system, setup, count, seed, at_rest):
 
 def _resampled(values, setup, seed, count):
     """Read every channel at its own instants by band-limited interpolation, eq. (89)."""
-    rate_hz = setup.system.rate_hz
-    # Without the step between the two ends the periodic interpolation does not ring.
-    ramp = np.linspace(0.0, 1.0, len(values) + 1)[:-1, None] * (values[-1] - values[0])
-    fine = resample(values - ramp, FINER * len(values))
+    rate_hz, rows = setup.system.rate_hz, len(values)
+    # The ends fade in and out, so that the periodic interpolation does not ring; they are cut off.
+    edge = np.minimum(np.arange(rows), np.arange(rows)[::-1]) / (MARGIN / 4)
+    spectrum = np.fft.rfft(values * np.minimum(1.0, edge)[:, None], axis=0)
+    values = np.fft.irfft(spectrum * setup.reading(np.fft.rfftfreq(rows, 1 / rate_hz)), rows,
+                          axis=0)
+    if not setup.jitter_rms_s:
+        return values[MARGIN:MARGIN + count]
+    fine = resample(values, FINER * rows)
     when = (MARGIN + np.arange(count)) / rate_hz
-    if setup.jitter_rms_s:
-        when = when + setup.jitter_rms_s * generator(seed, 'jitter').standard_normal(count)
-    out = np.empty((count, values.shape[1]))
-    delays = setup.delays_s or (0.0,) * values.shape[1]
+    when = when + setup.jitter_rms_s * generator(seed, 'jitter').standard_normal(count)
     at = np.arange(len(fine)) / (FINER * rate_hz)
-    for i, delay in enumerate(delays):
-        slope = (values[-1, i] - values[0, i]) * rate_hz / len(values)
-        out[:, i] = CubicSpline(at, fine[:, i])(when - delay) + slope * (when - delay)
-    return out
+    return np.column_stack([CubicSpline(at, column)(when) for column in fine.T])

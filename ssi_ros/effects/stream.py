@@ -65,7 +65,8 @@ def stretches(setup):
 
 
 def _computed_whole(setup):
-    return bool(setup.laws or setup.drift or setup.jitter_rms_s or any(setup.delays_s))
+    return bool(setup.laws or setup.drift or setup.jitter_rms_s or any(setup.delays_s)
+                or setup.corners_hz)
 
 
 def _stamped(blocks, rate_hz, start_ns):

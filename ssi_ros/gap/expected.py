@@ -6,7 +6,7 @@ import numpy as np
 from ssi_ros.effects.edits import scale_stiffness
 from ssi_ros.gap.linearise import linearise
 from ssi_ros.model.disturbances import Chirp, Sine
-from ssi_ros.model.excitation import Varying, White
+from ssi_ros.model.excitation import Coloured, Varying, White
 from ssi_ros.model.sensors import Noise
 
 
@@ -85,15 +85,20 @@ def _steady(setup, frame):
     shake = _Shake(setup, frame, count)
     powers = _powers(sampled.poles, frame.rows - 1)
     for part in system.excitation:
-        inner = part.part if isinstance(part, Varying) else part
+        inner, colour = part, 1.0
+        while isinstance(inner, (Varying, Coloured)):
+            if isinstance(inner, Coloured):
+                colour = inner.power(frame.frequencies_hz)[:, None, None]
+            inner = inner.part
         if isinstance(inner, (Sine, Chirp)):
             fixed = fixed + shake(_line(inner, sampled, system, frame))
             continue
-        share = shake(_transform(_autocovariance(
+        share = shake(colour * _transform(_autocovariance(
             sampled, inner.covariance(rate_hz, system.inputs), powers), frame))
         share = share[None]
-        if isinstance(part, Varying):
-            share = share * _power(part, frame)[:, None, None, None]
+        swings = part.part if isinstance(part, Coloured) else part
+        if isinstance(swings, Varying):
+            share = share * _power(swings, frame)[:, None, None, None]
         if isinstance(inner, White):
             names.append(inner.name)
             shares.append(share)
@@ -186,9 +191,9 @@ class _Shake:
         turn = 2 * np.pi * setup.system.rate_hz / frame.rows
         omega = turn * np.arange(frame.first, frame.last)
         self.phase = self.loss = None
-        if any(setup.delays_s):
-            shift = np.exp(-1j * omega[:, None] * np.array(setup.delays_s))
-            self.phase = shift[:, :, None] * shift[:, None, :].conj()
+        if any(setup.delays_s) or setup.corners_hz:
+            read = setup.reading(omega / (2 * np.pi))
+            self.phase = read[:, :, None] * read[:, None, :].conj()
         if setup.jitter_rms_s:
             self.loss = np.exp(-(omega * setup.jitter_rms_s) ** 2)[:, None, None]
             self.share = 2.0 / frame.rows

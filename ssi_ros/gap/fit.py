@@ -190,7 +190,9 @@ def _scales(candidate):
     for i, f in candidate.numbers():
         values = candidate.effects[i].starts[f.name]
         away = max(abs(v - f.default) for v in values)
-        sizes.append(1.0 if is_log(f) else 5.0 * max(away, 1e-6 * abs(f.default), 1e-9))
+        # a start at the default says nothing of the scale: a fifth of the value then
+        away = away or 0.2 * abs(f.default) or 1e-6
+        sizes.append(1.0 if is_log(f) else 5.0 * away)
     return np.array(sizes)
 
 

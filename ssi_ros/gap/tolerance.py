@@ -13,6 +13,8 @@ from ssi_ros.effects.edits import mix, scale_stiffness
 from ssi_ros.gap.likelihood import real_vectors, white
 
 STEP = 1e-4             # relative change for a difference quotient
+LEAST = 0.05            # of a whitened spectrum: a smaller one is no longer a small correction
+MOST = 4.0              # standard deviations that a correction may go
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,11 +62,17 @@ class Tolerance:
         """Return the model with the tolerances at their most probable values, eq. (118)."""
         _, slopes, inverse = self.profile(seen)
         count = model.shape[-1]
-        flat = ((inverse @ slopes) @ self.vectors).reshape(-1, count, count)
+        most = inverse @ slopes
+        # Far from the record, as a wrong candidate is, they must not bend the spectrum.
+        most = most * min(1.0, MOST / max(np.abs(most).max(initial=0.0), 1e-300))
+        flat = (most @ self.vectors).reshape(-1, count, count)
         # the inverse of `real_vectors`: a Hermitian matrix has the transpose as conjugate
         symmetric, skew = (flat + flat.swapaxes(1, 2)) / 2, (flat - flat.swapaxes(1, 2)) / 2
+        bend = np.eye(count) + symmetric + 1j * skew
+        if np.linalg.eigvalsh(bend).min() < LEAST:
+            return model
         factor = np.linalg.cholesky(model)
-        return model + white(factor, (symmetric + 1j * skew)[None])
+        return white(factor, bend[None])
 
 
 def no_tolerance(frame, channels):

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import zlib
 
 import numpy as np
+from scipy.signal import oaconvolve
 
 LEVEL_RATE_HZ = 100.0       # the rate at which the rms of white excitation is declared
 
@@ -106,6 +107,59 @@ class Varying:
     def covariance(self, rate_hz, inputs):
         """Return the mean over time of the covariance of one sample, shape (m, m)."""
         return self.part.covariance(rate_hz, inputs) * (1.0 + self.depth ** 2 / 2)
+
+
+@dataclass(frozen=True)
+class Coloured:
+    """
+    A white part through a first-order low-pass, eq. (29a): its samples are coloured, then held.
+
+    The sampled sequence has the power |1 / (1 + j f / corner_hz)|^2 up to half of the rate, so a
+    corner far above it changes nothing. A continuous filter would delay what acts at once by a
+    whole sample, however high its corner.
+    """
+
+    part: object
+    corner_hz: float
+
+    def __post_init__(self):
+        if not (np.isfinite(self.corner_hz) and self.corner_hz > 0.0):
+            raise ValueError(f'corner_hz={self.corner_hz:g} must be a positive number [Hz]')
+
+    @property
+    def name(self):
+        """Name of the part: its random numbers stay the same."""
+        return self.part.name
+
+    def power(self, frequencies_hz):
+        """Return the power gain at frequencies."""
+        return 1.0 / (1.0 + (np.asarray(frequencies_hz) / self.corner_hz) ** 2)
+
+    def taps(self, rate_hz):
+        """Return the causal filter of least phase that has this power, shape (n,)."""
+        count = 1 << int(np.ceil(np.log2(max(4096.0, 40 * rate_hz / self.corner_hz))))
+        cepstrum = np.fft.irfft(np.log(self.power(np.fft.rfftfreq(count, 1 / rate_hz))) / 2)
+        cepstrum[1:count // 2] *= 2
+        cepstrum[count // 2 + 1:] = 0.0
+        taps = np.fft.irfft(np.exp(np.fft.rfft(cepstrum)), count)[:count // 2]
+        # what follows has less than 1e-10 of the power
+        rest = np.cumsum(taps[::-1] ** 2)[::-1]
+        return taps[:max(1, int(np.argmax(rest < 1e-10 * rest[0])))]
+
+    def begin(self, rate_hz, inputs, generator):
+        """Return the forces as a function of first sample and count."""
+        white, taps = self.part.begin(rate_hz, inputs, generator), self.taps(rate_hz)
+        history = [white(0, len(taps) - 1)]
+
+        def forces(first, count):
+            values = np.concatenate([history[0], white(first, count)])
+            history[0] = values[count:]
+            return oaconvolve(values, taps[:, None], mode='valid', axes=0)
+        return forces
+
+    def covariance(self, rate_hz, inputs):
+        """Return the covariance of the white part: what slow modes see of it, shape (m, m)."""
+        return self.part.covariance(rate_hz, inputs)
 
 
 def begin_all(parts, rate_hz, inputs, seed):

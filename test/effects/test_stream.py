@@ -9,7 +9,7 @@ from ssi_ros.model import assemble, load_spacecraft, simulate
 
 SECONDS = 6.3
 WHOLE = {'wheel_speed_sweep', 'stiffness_drift', 'hinge_freeplay', 'hinge_friction',
-         'cubic_stiffness', 'channel_delay', 'timestamp_jitter'}
+         'cubic_stiffness', 'channel_delay', 'sensor_bandwidth', 'timestamp_jitter'}
 
 
 def started(name):
