@@ -8,6 +8,8 @@ import subprocess
 import time
 from urllib.request import urlopen
 
+# without a graphics card, and on a busy machine, drawing in space can take a minute
+PATIENCE_S = 240.0
 NAMES = ('chromium', 'chromium-browser', 'google-chrome', 'google-chrome-stable',
          'chrome-headless-shell')
 FLAGS = ('--headless', '--no-sandbox', '--disable-gpu', '--enable-unsafe-swiftshader',
@@ -48,7 +50,7 @@ class Page:
         """Send one command and return its result."""
         number = next(self.numbers)
         self.socket.send(json.dumps({'id': number, 'method': method, 'params': params}))
-        while (answer := json.loads(self.socket.recv(timeout=60))).get('id') != number:
+        while (answer := json.loads(self.socket.recv(timeout=PATIENCE_S))).get('id') != number:
             pass
         assert 'error' not in answer, answer
         return answer['result']
@@ -63,12 +65,12 @@ class Page:
         return self.ask('Runtime.evaluate', expression=expression,
                         returnByValue=True)['result'].get('value')
 
-    def until(self, expression, patience_s=60):
+    def until(self, expression, patience_s=PATIENCE_S):
         """Wait until an expression has a value that is true, and return it."""
         return wait(lambda: self.value(expression), patience_s)
 
 
-def wait(ask, patience_s=60):
+def wait(ask, patience_s=PATIENCE_S):
     """Return the first answer that is true."""
     end = time.monotonic() + patience_s
     while not (answer := ask()):
