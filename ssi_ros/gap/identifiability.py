@@ -88,16 +88,32 @@ def identifiability(spacecraft, duration_s, settings=DiagnosisSettings(), progre
         best = max(members, key=lambda i: detection[i])
         # an effect is as much alike as its most alike starting value
         likeness = np.abs(cosine[members]).max(axis=0)
-        near = {n: float(likeness[names == n].max()) for n in set(names) if n != name}
+        near = {str(n): float(likeness[names == n].max()) for n in set(names) if n != name}
         closest = sorted(near.items(), key=lambda pair: -pair[1])[:3]
         tied = [n for n, c in closest if c > settings.tie_cosine]
         effect = templates.effects[best]
         found.setdefault(name, []).append(Visible(
             effect, float(detection[best]),
-            at_size(effect, SEEN / max(detection[best], 1e-9)), tuple(closest),
+            at_size(effect, SEEN / max(detection[best], 1e-9)), tuple((n, c) for n, c in closest),
             separate_by([name, *tied])))
     return tuple(v for cls in library().values()
                  for v in found.get(cls.name) or _by_signs(cls, simulator, rows, settings))
+
+
+def classes(found, limit):
+    """
+    Return the classes of effects that cannot be told apart, each with what would part them.
+
+    Effects belong together if a chain of cosines above `limit` joins them.
+    """
+    groups = []
+    for v in found:
+        linked = {v.effect.name, *(n for n, c in v.alike if c > limit)}
+        apart = [g for g in groups if not g & linked]
+        groups = apart + [linked.union(*(g for g in groups if g & linked))]
+    order = list(library())
+    named = [tuple(sorted(g, key=order.index)) for g in groups if len(g) > 1]
+    return tuple((g, separate_by(g)) for g in sorted(named))
 
 
 def _by_signs(cls, simulator, rows, settings):

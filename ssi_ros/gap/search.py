@@ -3,10 +3,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from ssi_ros.effects import effect_class
 from ssi_ros.gap.candidate import Candidate, places
 from ssi_ros.gap.fit import fit
 from ssi_ros.gap.rank import Ranked, worth
 from ssi_ros.gap.tolerance import tolerances
+from ssi_ros.quantity import quantities
 
 FIRST_STEPS = 6         # of a fit, before the best are chosen
 BEHIND = 12.0           # log likelihood behind the best at which a candidate is given up
@@ -42,7 +44,11 @@ class Search:
         starts = [s.effect for s in signs]
         seen = {s.name for s in starts}
         starts += [e for e in promising(scores, self.settings.finalists) if e.name not in seen]
-        return self._fit_all([Candidate((e,)) for e in starts], signs, self.nominal)
+        ranked = self._fit_all([Candidate((e,)) for e in starts], signs, self.nominal)
+        if not ranked:
+            return ranked
+        kin = [Candidate((e,)) for e in relatives(ranked[0].fit.candidate.effects[0], self.names)]
+        return self._sorted(ranked + self._fit_all(kin, signs, ranked[0].fit)) if kin else ranked
 
     def wider(self, known, signs):
         """Fit effects from sizes far away, for a gap that no small one explains."""
@@ -142,6 +148,25 @@ def promising(scores, count):
             break
         found.setdefault(scores.effects[i].name, at_size(scores.effects[i], scores.size[i]))
     return list(found.values())
+
+
+def relatives(effect, names):
+    """
+    Return effects that have all quantities of another and more, at its values and a small size.
+
+    A hinge with play is a hinge: it is as good an answer as long as nothing tells of the play.
+    """
+    shared = {f.name for f in quantities(effect)}
+    found = []
+    for name in names:
+        cls = effect_class(name)
+        if cls is type(effect) or not cls.nonlinear or not cls.spectral:
+            continue
+        common = {f.name: getattr(effect, f.name) for f in quantities(cls) if f.name in shared
+                  and f.name != cls.size}
+        if {f.name for f in quantities(cls)} - {cls.size} == set(common) and len(common) > 1:
+            found.append(cls(**common, **{cls.size: min(cls.starts[cls.size])}))
+    return found
 
 
 def promising_pairs(scores, count):

@@ -29,7 +29,7 @@ class DiagnosisSettings:
     finalists: int = quantity(9, low=1, high=30, doc='effects fitted after the scores')
     temperature: float = quantity(1.0, low=0.1, high=100.0,
                                   doc='divides the logarithms of probabilities')
-    tie_cosine: float = quantity(0.98, low=0.5, high=1.0,
+    tie_cosine: float = quantity(0.95, low=0.5, high=1.0,
                                  doc='effects whose scores correlate more are one class')
 
     def __post_init__(self):
