@@ -12,11 +12,12 @@ import warnings
 
 import numpy as np
 
+from ssi_ros.identify import ssi_cov
 from ssi_ros.identify.lags import Ring
 from ssi_ros.identify.realise import factorise, poles_of
-from ssi_ros.identify.spread import functionals, lag_weights, pole_spreads
+from ssi_ros.identify.spread import block_spectra, spreads_of
 
-BLOCKS = 50             # data blocks of a spread; pyOMA2's default, and given to all
+BLOCKS = 20             # data blocks of a spread, for all packages
 
 
 class Poles(NamedTuple):
@@ -47,35 +48,31 @@ def quiet(run):
 
 
 def ours(weighting):
-    """Return our core: lag products, one factorisation, the poles of every order."""
+    """Return our core, as anybody calls it: record in, poles of every order out."""
     def run(values, rate_hz, rows, orders):
-        ring = Ring(1, 2 * rows, values.shape[1])
-        ring.push(values)
-        covariances = ring.covariances(len(values) / rate_hz)
-        factors = factorise(covariances, rows, max(orders), weighting)
-        return covariances.scale, [poles_of(factors, n, rate_hz) for n in orders
-                                   if n <= len(factors.upper)]
-    return run, lambda raw: [Poles(p.order, p.frequency_hz, p.damping_ratio, p.shapes * raw[0])
-                             for p in raw[1]]
+        return ssi_cov(values, rate_hz, rows, orders, weighting)
+    return run, lambda raw: [Poles(p.order, p.frequency_hz, p.damping_ratio, p.shapes)
+                             for p in raw]
 
 
 def ours_spreads(values, rate_hz, rows, orders):
-    """Return poles of every order with their spreads from `BLOCKS` data blocks."""
+    """Return the poles of every order with the spreads of frequency, damping and shape."""
     hop = len(values) // BLOCKS
-    ring = Ring(BLOCKS, 2 * rows, values.shape[1])
+    ring = Ring(BLOCKS, 2 * rows - 1, values.shape[1])
     for k in range(BLOCKS):
         ring.push(values[k * hop:(k + 1) * hop])
-    covariances = ring.covariances(hop / rate_hz, BLOCKS)
-    factors = factorise(covariances, rows, max(orders), 'upc')
-    every = []
-    for n in orders:
-        p = poles_of(factors, n, rate_hz)
-        if not len(p.mu):
-            continue
-        which = np.arange(len(p.mu))
-        weights = lag_weights(*functionals(factors, p, which, rows))
-        every.append((p, *pole_spreads(covariances, weights, p.mu, rate_hz)))
-    return covariances.scale, every
+    covariances = ring.covariances(hop / rate_hz)
+    factors = factorise(covariances, rows, max(orders), 'cva')
+    spectra = block_spectra(covariances, rows)
+    every = poles_of(factors, orders, rate_hz, covariances.scale)
+    return [(p, spreads_of(factors, p, np.arange(len(p.mu)), rows, spectra, rate_hz,
+                           covariances.scale)) for p in every if len(p.mu)]
+
+
+def read_ours_spreads(raw):
+    """Turn our poles and spreads into the common form."""
+    return [Poles(p.order, p.frequency_hz, p.damping_ratio, p.shapes, s.frequency_hz,
+                  s.damping_ratio) for p, s in raw]
 
 
 def pyoma2(kind):
@@ -208,13 +205,6 @@ def read_toolbox(raw):
     return every
 
 
-def read_ours_spreads(raw):
-    """Turn our poles and spreads into the common form."""
-    scale, every = raw
-    return [Poles(p.order, p.frequency_hz, p.damping_ratio, p.shapes * scale, sf, sx)
-            for p, sf, sx in every]
-
-
 CORES = {
     'ours, CVA': ours('cva'),
     'ours, UPC': ours('upc'),
@@ -225,7 +215,9 @@ CORES = {
     'pyOMA toolbox 1.1.0': (toolbox, read_toolbox),
 }
 CLASSES = {'pyOMA2 1.4.3 class SSI': (pyoma2_class, read_pyoma2)}
-ACCURATE = {**CORES, 'koma 1.3.6 cva': koma('cva'), 'pyOMA2 1.4.3 dat': pyoma2('dat')}
-SPREADS = {'ours, UPC': (ours_spreads, read_ours_spreads),
+# strid and the toolbox estimate the same as pyOMA2's cov and cov_R
+ACCURATE = {**{k: v for k, v in CORES.items() if 'strid' not in k and 'toolbox' not in k},
+            'koma 1.3.6 cva': koma('cva'), 'pyOMA2 1.4.3 dat': pyoma2('dat')}
+SPREADS = {'ours, CVA': (ours_spreads, read_ours_spreads),
            'pyOMA2 1.4.3, step 1': (pyoma2_spreads, read_pyoma2),
            'pyOMA toolbox 1.1.0': (toolbox_spreads, read_toolbox)}

@@ -12,9 +12,7 @@ import os
 os.environ['TQDM_DISABLE'] = '1'       # the peers' progress bars must not cost them time
 
 import numpy as np  # noqa: E402
-from ssi_ros.identify import Identification, identify, Monitor  # noqa: E402
-from ssi_ros.identify.lags import Ring  # noqa: E402
-from ssi_ros.identify.realise import factorise, poles_of  # noqa: E402
+from ssi_ros.identify import Identification, identify, Monitor, SlidingSsiCov  # noqa: E402
 from ssi_ros.records import Samples  # noqa: E402
 from threadpoolctl import threadpool_limits  # noqa: E402
 from validation import report  # noqa: E402
@@ -22,8 +20,8 @@ from validation.bench_data import modal_record, RATE_HZ, spacecraft  # noqa: E40
 from validation.bench_data import ten_modes, twin_arrays  # noqa: E402
 from validation.bench_measure import accuracy, errors, peak_bytes  # noqa: E402
 from validation.bench_measure import spread_ratio, summary, times  # noqa: E402
-from validation.bench_methods import ACCURATE, CLASSES, CORES, koma, Poles  # noqa: E402
-from validation.bench_methods import pyoma2, quiet, SPREADS  # noqa: E402
+from validation.bench_methods import ACCURATE, CLASSES, CORES, koma  # noqa: E402
+from validation.bench_methods import Poles, pyoma2, quiet, SPREADS  # noqa: E402
 
 ORDERS = tuple(range(2, 61, 2))
 CASES = ((60.0, 50), (60.0, 100), (600.0, 50), (600.0, 100))
@@ -62,61 +60,56 @@ def memories(truth):
 
 def sliding(truth, repeats):
     """Return the table of one update: window 600 s, hop 1 s, i = 100, order 40."""
-    rows, order, window_s = 100, 40, 600
-    hop = round(RATE_HZ)
+    rows, order, window_s, hop = 100, 40, 600.0, round(RATE_HZ)
     values = modal_record(truth, window_s + repeats + 2, 1)
-    ring = Ring(window_s, 2 * rows, 4)
-    for k in range(window_s):
-        ring.push(values[k * hop:(k + 1) * hop])
-    settings = Identification(window_s=window_s, hop_s=1.0, block_rows=rows)
-    monitor = Monitor(CHANNELS, RATE_HZ, 0, settings)
-    monitor.push(values[:window_s * hop])
-    at = {'ring': window_s, 'monitor': window_s}
+    whole = values[:round(window_s * RATE_HZ)]
 
-    def hop_of(who):
-        at[who] += 1
-        return values[(at[who] - 1) * hop:at[who] * hop]
+    def updates(stream):
+        """Return a function that pushes the next hop, the record behind it already taken in."""
+        stream.push(whole)
+        hops = iter(np.split(values[len(whole):], range(hop, len(values) - len(whole), hop)))
+        return lambda: stream.push(next(hops))
 
-    def update(weighting):
-        ring.push(hop_of('ring') if weighting == 'cva' else hop_of('ring'))
-        at['ring'] = window_s + (at['ring'] - window_s) % repeats
-        return poles_of(factorise(ring.covariances(1.0), rows, order, weighting), order, RATE_HZ)
-
-    whole = values[:window_s * hop]
+    monitor = Monitor(CHANNELS, RATE_HZ, 0, Identification(window_s=window_s, hop_s=1.0))
+    warm = {w: SlidingSsiCov(4, RATE_HZ, window_s, 1.0, rows, order, w) for w in ('cva', 'upc')}
     runs = {
-        'ours, one order, CVA': lambda: update('cva'),
-        'ours, one order, UPC': lambda: update('upc'),
-        'ours, whole monitor: bands, all orders, spreads, labels, tracks':
-            lambda: monitor.push(hop_of('monitor')),
+        'ours, one order, CVA': updates(warm['cva']),
+        'ours, one order, UPC': updates(warm['upc']),
+        'ours, whole monitor: bands, all orders, spreads, labels, tracks': updates(monitor),
         'koma 1.3.6 hankel': lambda: koma('none')[0](whole, RATE_HZ, rows, (order,)),
         'pyOMA2 1.4.3 cov': lambda: pyoma2('cov')[0](whole, RATE_HZ, rows, (order,)),
     }
     m = times(runs, repeats, 1)
     first, second = list(runs)[:2]
-    return report.table(
+    lines = report.table(
         ['window 600 s, hop 1 s, i = 100, order 40', 'median [ms]', 'ratio, CVA', 'ratio, UPC'],
         [[name, f'{1e3 * s:.2f}', f'{s / m[first]:.1f}', f'{s / m[second]:.1f}']
-         for name, s in m.items()]), m
+         for name, s in m.items()])
+    for w, stream in warm.items():
+        lines += [f'{w.upper()}: {stream.warm} of {stream.warm + stream.whole} windows were '
+                  'renewed from the one before, the others decomposed as a whole.', '']
+    return lines, m
 
 
 def spreads(truth, seeds, repeats):
     """Return the table of the batch with spreads: 600 s, i = 50, all orders 1 to 40."""
-    rows, orders, at = 50, tuple(range(1, 41)), 24
+    rows, orders, at = 50, tuple(range(1, 41)), 24      # pyOMA2 is wrong for a step of 2
     values = modal_record(truth, 600.0, 0)
     m = times({name: lambda run=run: run(values, RATE_HZ, rows, orders)
                for name, (run, _) in SPREADS.items()}, repeats, 1)
     found = {name: [] for name in SPREADS}
+    few = orders[:at + 1]
     with threadpool_limits(1):
         for seed in seeds:
             values = modal_record(truth, 600.0, seed)
             for name, (run, read) in SPREADS.items():
-                poles = read(quiet(lambda: run(values, RATE_HZ, rows, orders)))
+                poles = read(quiet(lambda: run(values, RATE_HZ, rows, few)))
                 found[name] += [p for p in poles if p.order == at]
     ratios = {name: spread_ratio(p, truth) for name, p in found.items()}
     return report.table(
         ['600 s, i = 50, every order from 1 to 40', 'median [s]', 'ratio',
          'predicted / Monte Carlo, frequency', 'damping'],
-        [[name, f'{m[name]:.3f}', f'{m[name] / m["ours, UPC"]:.1f}', f'{r[0]:.2f}', f'{r[1]:.2f}']
+        [[name, f'{m[name]:.3f}', f'{m[name] / m[OURS]:.1f}', f'{r[0]:.2f}', f'{r[1]:.2f}']
          for name, r in ratios.items()]), m, ratios
 
 
@@ -147,56 +140,63 @@ def automatic(truth, record, seeds, window_s, pick=None):
             f'{100 * b:.2f} % in damping, MAC {c:.4f}, missed {100 * d:.2f} %.')
 
 
+def precision(seeds, results):
+    """Return the tables of all accuracy tests; keep the ratios to the best peer in `results`."""
+    ten, pair, (craft, record) = ten_modes(), twin_arrays(), spacecraft()
+    cases = [(f'ten modes, {t:g} s, i = 50', ten, 50, ORDERS, t, None,
+              lambda seed, t=t: modal_record(ten, t, seed)) for t in (60.0, 600.0)]
+    cases += [('two close pairs, 600 s, i = 50', pair, 50, tuple(range(8, 41, 2)), 600.0, None,
+               lambda seed: modal_record(pair, 600.0, seed)),
+              ('spacecraft above 2 Hz, 600 s, i = 60', craft, 60, tuple(range(40, 81, 4)), 600.0,
+               craft.frequency_hz > 2.0, lambda seed: record(600.0, seed))]
+    lines = []
+    for title, truth, rows, orders, window_s, pick, make in cases:
+        table, best = accuracies(f'{title}, {len(seeds)} seeds', ACCURATE, truth, make, seeds,
+                                 rows, orders, pick)
+        lines += [*table, automatic(truth, make, seeds, window_s, pick), '']
+        results['accuracy'][title] = best
+        print('\n'.join(lines[-len(table) - 2:]), flush=True)
+    return lines
+
+
 def main():
     """Run all parts and write docs/validation/peers.md."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
-    parser.add_argument('--quick', action='store_true', help='few seeds, and write nothing')
+    parser.add_argument('--quick', action='store_true', help='little of all, and write nothing')
+    parser.add_argument('--seeds', type=int, default=20)
+    parser.add_argument('--repeats', type=int, default=9)
     args = parser.parse_args()
-    seeds, repeats = (range(3), 3) if args.quick else (range(20), 9)
-    truth, load = ten_modes(), os.getloadavg()[0]
-    one, m = core_times(truth, repeats, 1)
-    many, _ = core_times(truth, repeats, None)
-    slide, u = sliding(truth, 5 if args.quick else 20)
-    spread, s, ratios = spreads(truth, seeds, 1 if args.quick else 3)
-    lines = ['## Batch core, one thread', '', *one, '## Batch core, default threads', '', *many,
-             '## Peak memory', '', *memories(truth), '## Sliding update, one thread', '', *slide,
-             '## With spreads, one thread', '', *spread, '## Accuracy', '']
-    ratio = {}
-    for duration_s in (60.0, 600.0):
-        table, best = accuracies(
-            f'ten modes, {duration_s:g} s, i = 50, {len(seeds)} seeds', ACCURATE, truth,
-            lambda seed: modal_record(truth, duration_s, seed), seeds, 50, ORDERS)
-        ratio[duration_s] = best[OURS][1] / min(v[1] for k, v in best.items() if 'ours' not in k)
-        lines += [*table, automatic(truth, lambda seed: modal_record(truth, duration_s, seed),
-                                    seeds, duration_s), '']
-    pair = twin_arrays()
-    table, close = accuracies(f'two close pairs, 600 s, i = 50, {len(seeds)} seeds', ACCURATE,
-                              pair, lambda seed: modal_record(pair, 600.0, seed), seeds, 50,
-                              tuple(range(8, 41, 2)))
-    craft, record = spacecraft()
-    fast = craft.frequency_hz > 2.0
-    lines += [*table]
-    table, best = accuracies(
-        f'spacecraft above 2 Hz, 600 s, i = 60, {len(seeds)} seeds', ACCURATE, craft,
-        lambda seed: record(600.0, seed), seeds, 60, tuple(range(40, 81, 4)), fast)
-    ratio['craft'] = best[OURS][1] / min(v[1] for k, v in best.items() if 'ours' not in k)
-    lines += [*table, automatic(craft, lambda seed: record(600.0, seed), seeds, 600.0, fast), '']
-    head = [f'{len(seeds)} seeds, {repeats} turns; load of the machine at the start {load:.1f}, '
-            f'at the end {os.getloadavg()[0]:.1f}.', '', '## Targets', '',
-            *targets(m, u, s, ratios, ratio, close)]
     if args.quick:
-        print('\n'.join([*head, *lines]))
+        args.seeds, args.repeats = 3, 3
+    truth, seeds, load = ten_modes(), range(args.seeds), os.getloadavg()[0]
+    results = {'accuracy': {}}
+    lines = []
+
+    def part(title, table):
+        lines.extend([f'## {title}', '', *table])
+        print('\n'.join(lines[-len(table) - 2:]), flush=True)
+
+    table, results['core'] = core_times(truth, args.repeats, 1)
+    part('Batch core, one thread, processor time', table)
+    table, results['update'] = sliding(truth, 3 * args.repeats)
+    part('Sliding update, one thread, processor time', table)
+    table, results['spreads'], results['ratios'] = spreads(truth, seeds, 1 + args.repeats // 4)
+    part('With spreads, one thread, processor time', table)
+    part('Accuracy, each method at its own best order', precision(seeds, results))
+    part('Batch core, default threads, time on the wall', core_times(truth, args.repeats, None)[0])
+    part('Peak memory', memories(truth))
+    head = [f'{len(seeds)} seeds, {args.repeats} turns; load of the machine at the start '
+            f'{load:.1f}, at the end {os.getloadavg()[0]:.1f}.', '', '## Targets', '',
+            *targets(results), *lines]
+    if args.quick:
+        print('\n'.join(head))
     else:
-        report.write('peers', 'Comparison with other packages', [*head, *lines],
-                     command='bench_peers')
+        report.write('peers', 'Comparison with other packages', head,
+                     command=f'bench_peers --seeds {args.seeds} --repeats {args.repeats}')
 
 
-def targets(m, u, s, ratios, ratio, close):
+def targets(results):
     """Return the table of what was aimed at and what came out."""
-    def over(case, name, ours=OURS):
-        return m[case][name] / m[case][ours]
-
-    update = list(u)
     rows = []
 
     def row(what, aim, value, least=True):
@@ -204,25 +204,27 @@ def targets(m, u, s, ratios, ratio, close):
         rows.append([what, f'{">=" if least else "<="} {aim:g}', f'{value:.2f}',
                      'yes' if met else '**no**'])
 
+    u, s, ratios = results['update'], results['spreads'], results['ratios']
     for name, aim in (('pyOMA2 1.4.3 cov', 50.0), ('koma 1.3.6 hankel', 15.0)):
-        for k in (0, 1):
-            row(f'update against {name}, {update[k][-3:]}', aim, u[name] / u[update[k]])
-    for (duration_s, rows_i), koma_aim, cov_aim, class_aim in (
-            ((60.0, 50), 2.5, 3.0, 12.0), ((600.0, 50), 4.0, 12.0, 20.0)):
-        for ours in ('ours, CVA', 'ours, UPC'):
-            for name, aim in (('koma 1.3.6 hankel', koma_aim), ('pyOMA2 1.4.3 cov', cov_aim),
-                              ('pyOMA2 1.4.3 class SSI', class_aim)):
-                row(f'batch core {duration_s:g} s, i = {rows_i}, {ours[6:]}, against {name}',
-                    aim, over((duration_s, rows_i), name, ours))
+        for own in list(u)[:2]:
+            row(f'update against {name}, {own[-3:]}', aim, u[name] / u[own])
+    for case, aims in (((60.0, 50), (2.5, 3.0, 12.0)), ((600.0, 50), (4.0, 12.0, 20.0))):
+        m = results['core'][case]
+        for own in ('ours, CVA', 'ours, UPC'):
+            for name, aim in zip(('koma 1.3.6 hankel', 'pyOMA2 1.4.3 cov',
+                                  'pyOMA2 1.4.3 class SSI'), aims):
+                row(f'batch core {case[0]:g} s, i = {case[1]}, {own[6:]}, against {name}', aim,
+                    m[name] / m[own])
     for name, aim in (('pyOMA2 1.4.3, step 1', 30.0), ('pyOMA toolbox 1.1.0', 7.0)):
-        row(f'with spreads, against {name}', aim, s[name] / s['ours, UPC'])
+        row(f'with spreads, against {name}', aim, s[name] / s[OURS])
     for k, what in enumerate(('frequency', 'damping')):
-        row(f'spread of {what} over Monte Carlo', 0.8, ratios['ours, UPC'][k])
-        row(f'spread of {what} over Monte Carlo', 1.25, ratios['ours, UPC'][k], False)
-    for key, value in ratio.items():
-        name = f'{key:g} s, ten modes' if key != 'craft' else 'spacecraft'
-        row(f'rms frequency error over the best peer, {name}', 1.0, value, False)
-    row('MAC of the close pairs', 0.98, close[OURS][3])
+        row(f'spread of {what} over Monte Carlo', 0.8, ratios[OURS][k])
+        row(f'spread of {what} over Monte Carlo', 1.25, ratios[OURS][k], False)
+    for title, best in results['accuracy'].items():
+        peer = min(v[1] for k, v in best.items() if 'ours' not in k)
+        row(f'rms frequency error over the best peer, {title}', 1.0, best[OURS][1] / peer, False)
+        if 'pairs' in title:
+            row(f'MAC, {title}', 0.98, best[OURS][3])
     return report.table(['measure', 'target', 'measured', 'met'], rows)
 
 
