@@ -43,7 +43,8 @@ def sweep(torque):
         best = max(best, _refined(unit, weight, rate, start, torque.rate_hz, duration_s))
     power, start, end, amplitude = best
     cells = (frequencies[-1] * duration_s) ** 2
-    p = float(min(1.0, cells * np.exp(-power)))
+    # maxima of a field over a plane: so many more than independent cells
+    p = float(min(1.0, cells * max(power, 1.0) * np.exp(-power)))
     if p > SURE or abs(end - start) * duration_s < 3.0:     # that would be a line
         return None
     size = np.sqrt(2 * power)

@@ -1,0 +1,77 @@
+"""What two correct models may differ by is no gap; what is larger is."""
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from ssi_ros.effects import inject, parse_effect, simulate_setup
+from ssi_ros.gap.candidate import Candidate
+from ssi_ros.gap.fit import fit, Simulator
+from ssi_ros.gap.likelihood import Evidence, log_likelihood
+from ssi_ros.gap.resimulate import at_levels, floor_by_simulation
+from ssi_ros.gap.scores import make_templates
+from ssi_ros.gap.settings import DiagnosisSettings
+from ssi_ros.gap.spectra import make_frame, spectra
+from ssi_ros.gap.tolerance import no_tolerance, tolerances
+from ssi_ros.model import load_spacecraft
+
+SECONDS = 200.0
+
+
+@pytest.fixture(scope='module')
+def simulator():
+    frame = make_frame(20000, 100.0, DiagnosisSettings())
+    return Simulator(load_spacecraft(), frame, SECONDS)
+
+
+def evidence_of(simulator, *texts, seed=5):
+    setup = inject(simulator.spacecraft, [parse_effect(t) for t in texts], SECONDS)
+    samples = simulate_setup(setup, seed)
+    return Evidence(simulator.frame, spectra(samples, simulator.frame),
+                    tuple(range(simulator.frame.pieces)))
+
+
+def test_a_tolerance_takes_in_what_it_names(simulator):
+    """A gain 1 % off costs the likelihood; with a tolerance of 1 % it costs almost nothing."""
+    wide = replace(DiagnosisSettings(), gain_std=0.01)
+    quiet = evidence_of(simulator)
+    loud = evidence_of(simulator, 'sensor_gain:channel=e1_a,scale=1.01')
+    none = no_tolerance(simulator.frame, 4)
+    free = tolerances(simulator, Candidate(), np.ones(3), wide)
+    effect = Candidate((parse_effect('sensor_gain:channel=e1_a,scale=1.001'),))
+    gain = [fit(simulator, loud, effect, tolerance=t).likelihood
+            - fit(simulator, loud, tolerance=t).likelihood for t in (none, free)]
+    # d' = 5 or so without; with it the record says no more of the effect than the prior did
+    assert gain[0] > 8.0 and gain[1] < 2.0
+    # a right model gains no more by tolerances than their number and chance give
+    more = fit(simulator, quiet, tolerance=free).likelihood - fit(
+        simulator, quiet, tolerance=none).likelihood
+    assert -1e-6 < more < len(free.names)
+
+
+def test_the_corrected_model_is_what_the_gain_promises(simulator):
+    """The likelihood of the corrected spectrum is that of the profile, to second order."""
+    wide = replace(DiagnosisSettings(), gain_std=0.003)
+    evidence = evidence_of(simulator, 'sensor_gain:channel=e2_b,scale=1.003')
+    free = tolerances(simulator, Candidate(), np.ones(3), wide)
+    found = fit(simulator, evidence, tolerance=free)
+    plain = log_likelihood(found.plain, evidence)
+    bent = log_likelihood(found.model, evidence)
+    # the prior takes a part of the gain, the curvature another; both are below a half here
+    assert bent > plain
+    assert np.all(np.linalg.eigvalsh(found.model[0]) > 0)
+
+
+def test_floor_by_simulation_is_the_floor_where_the_spectrum_is_exact(simulator):
+    """A right model leaves nothing of its own records, and levels are those of the fit."""
+    evidence = evidence_of(simulator)
+    free = no_tolerance(simulator.frame, 4)
+    best = fit(simulator, evidence)
+    templates = make_templates(simulator, [parse_effect('sensor_gain:channel=e1_a,scale=1.002'),
+                                           parse_effect('damping_scale:scale=1.1')])
+    floor = floor_by_simulation(simulator, best, templates, free, DiagnosisSettings(), ())
+    # the mean of five standard scores: 5 sd
+    assert np.all(np.abs(floor.z) < 5 / np.sqrt(5)) and abs(floor.deviations) < 5 / np.sqrt(5)
+    louder = at_levels(simulator.spacecraft, np.array([4.0, 9.0, 1.0]))
+    assert louder.excitation.torque_rms_n_m[0] == pytest.approx(0.2, rel=1e-12)
+    assert louder.excitation.process_noise_rms == pytest.approx(0.015, rel=1e-12)

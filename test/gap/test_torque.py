@@ -1,0 +1,68 @@
+"""Disturbances of the torque: found with their numbers, and not found where there are none."""
+import numpy as np
+import pytest
+
+from ssi_ros.effects import inject, parse_effect, simulate_setup
+from ssi_ros.gap.fit import fit, Simulator
+from ssi_ros.gap.likelihood import Evidence
+from ssi_ros.gap.settings import DiagnosisSettings
+from ssi_ros.gap.spectra import make_frame, spectra
+from ssi_ros.gap.sweeps import sweep
+from ssi_ros.gap.torque import line, pulses, reconstruct, swing
+from ssi_ros.model import load_spacecraft
+
+SECONDS = 300.0
+SETTINGS = DiagnosisSettings()
+
+
+def torque_of(*texts, seed=3):
+    spacecraft = load_spacecraft()
+    samples = simulate_setup(inject(spacecraft, [parse_effect(t) for t in texts], SECONDS), seed)
+    frame = make_frame(len(samples.values), 100.0, SETTINGS)
+    simulator = Simulator(spacecraft, frame, SECONDS)
+    evidence = Evidence(frame, spectra(samples, frame), tuple(range(frame.pieces)))
+    return reconstruct(simulator, fit(simulator, evidence), samples, SETTINGS)
+
+
+@pytest.fixture(scope='module')
+def quiet():
+    return torque_of()
+
+
+def test_a_right_model_leaves_white_noise(quiet):
+    """Unit power in every octave: 5 sd of a mean of exponential variables."""
+    bins = quiet.first + np.arange(len(quiet.values))
+    edges = [quiet.first, 300, 900, 2700, bins[-1]]
+    for low, high in zip(edges, edges[1:]):
+        power = np.abs(quiet.values[(bins >= low) & (bins < high)]) ** 2
+        assert power.mean() == pytest.approx(1.0, abs=5 / np.sqrt(len(power)))
+    assert quiet.series()[quiet.inside].std() == pytest.approx(1.0, abs=0.03)
+
+
+@pytest.mark.parametrize('test', [line, pulses, swing, sweep])
+def test_a_right_model_shows_nothing(test, quiet):
+    """One fixed record: each test reports at 1 % only."""
+    assert test(quiet) is None
+
+
+@pytest.mark.parametrize('text, test, exact', [
+    ('harmonic_disturbance:frequency_hz=12.345,torque_n_m=0.12', line, 'frequency_hz'),
+    ('wheel_speed_sweep:start_hz=4,end_hz=9,torque_n_m=0.12', sweep, 'start_hz'),
+    ('impulsive_events:rate_per_min=6,impulse_n_m_s=0.1', pulses, 'impulse_n_m_s'),
+    ('nonstationary_excitation:depth=0.3,period_s=50', swing, 'period_s')])
+def test_a_disturbance_is_found_with_its_numbers(text, test, exact):
+    """Clear sizes: every number within five of the standard deviations that are told."""
+    true = parse_effect(text)
+    sign = test(torque_of(text))
+    assert sign.effect.name == true.name and sign.p_value < 1e-6
+    for name, std in sign.stds.items():
+        assert abs(getattr(sign.effect, name) - getattr(true, name)) < 5 * std
+    # and that is precise: 10 % at most
+    assert sign.stds[exact] < 0.1 * getattr(true, exact)
+
+
+def test_pulses_are_no_swing_and_a_swing_no_pulses():
+    """Each of the two leaves the other's test at rest."""
+    assert swing(torque_of('impulsive_events:rate_per_min=6,impulse_n_m_s=0.1')) is None
+    found = torque_of('nonstationary_excitation:depth=0.5,period_s=50')
+    assert pulses(found, swing(found)) is None
