@@ -1,5 +1,5 @@
 """
-Time of the whole chain: a record on sliding windows, and one update of a live monitor.
+Time of the whole chain: a record on sliding windows, one update of a live monitor, and the core.
 
     python validation/bench_update.py
 """
@@ -9,7 +9,8 @@ import time
 os.environ.setdefault('OMP_NUM_THREADS', '1')
 os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
 
-from ssi_ros.identify import Identification, identify, Monitor  # noqa: E402
+from ssi_ros.identify import (  # noqa: E402
+    Identification, identify, Monitor, SlidingSsiCov, ssi_cov)
 from ssi_ros.model import assemble, load_spacecraft, simulate  # noqa: E402
 
 
@@ -42,6 +43,21 @@ def main():
             times.append(time.perf_counter() - start)
         print(f'one update, window {window_s:g} s, hop 1 s: {1e3 * min(times):.1f} ms least, '
               f'{1e3 * sorted(times)[20]:.1f} ms median')
+    for window_s in (60.0, 600.0):
+        values = samples.values[:round(window_s * samples.rate_hz)]
+        seconds = best(lambda: ssi_cov(values, samples.rate_hz))
+        print(f'core, {window_s:g} s, i = 50, orders 2 to 60: {1e3 * seconds:.1f} ms')
+    for weighting in ('cva', 'upc'):
+        core = SlidingSsiCov(4, samples.rate_hz, 600.0, 1.0, 100, 40, weighting)
+        core.push(samples.values[:60000])
+        times = []
+        for hop in range(40):
+            start = time.perf_counter()
+            core.push(samples.values[60000 + 100 * hop:60100 + 100 * hop])
+            times.append(time.perf_counter() - start)
+        print(f'one update of the core, window 600 s, hop 1 s, i = 100, order 40, {weighting}: '
+              f'{1e3 * min(times):.1f} ms least, {1e3 * sorted(times)[20]:.1f} ms median, '
+              f'{core.warm} of {core.warm + core.whole} windows warm')
 
 
 if __name__ == '__main__':

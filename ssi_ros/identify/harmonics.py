@@ -93,9 +93,7 @@ def look(rows, rate_hz, frequencies_hz):
 
 def expected_sharpness(width):
     """Return the sharpness of a mode whose half-power half-width is `width` bins, eq. (61)."""
-    away = np.arange(NEAR, FAR + 1)
-    width = np.maximum(width, 1e-6)
-    return 1.0 + np.median(1.0 + (away / np.asarray(width)[..., None]) ** 2, axis=-1)
+    return 2.0 + (0.5 * (NEAR + FAR) / max(width, 1e-6)) ** 2      # the median is at the middle
 
 
 def label(candidate, sharp, held_s, comb=False, change=1.0):

@@ -8,6 +8,9 @@ is ever subtracted and nothing drifts.
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.fft import irfft, rfft
+
+BLOCKS = 20             # data blocks of a window, from whose scatter the spreads come
 
 
 def lag_products(past, rows, lags):
@@ -106,6 +109,8 @@ class Ring:
         self.hops, self.lags = hops, lags
         # node j of the tree is the sum of nodes 2j and 2j + 1; the leaves are hops ... 2 hops - 1
         self.tree = np.zeros((2 * hops, lags + 1, channels, channels))
+        self.size = max(1, -(-hops // BLOCKS))      # hops a data block
+        self.blocks = np.zeros((hops // self.size, lags + 1, channels, channels))
         self.sums = np.zeros((hops, channels))
         self.present = np.zeros((hops, channels), dtype=np.int64)
         self.pairs = [0] * hops
@@ -128,6 +133,10 @@ class Ring:
         while node:
             np.add(self.tree[2 * node], self.tree[2 * node + 1], out=self.tree[node])
             node //= 2
+        block = slot // self.size
+        if block < len(self.blocks):
+            first = self.hops + block * self.size
+            self.tree[first:first + self.size].sum(axis=0, out=self.blocks[block])
         self.pushed += 1
 
     @property
@@ -140,7 +149,7 @@ class Ring:
         """Tell whether every hop holds data."""
         return self.pushed >= self.hops
 
-    def covariances(self, hop_s, blocks_max=20):
+    def covariances(self, hop_s):
         """
         Return the covariances of what the ring holds, eq. (43), and their data blocks.
 
@@ -149,15 +158,78 @@ class Ring:
         """
         counts = np.maximum(self.total, 1)
         samples = np.maximum(self.present.sum(axis=0), 1)
-        mean = self.sums.sum(axis=0) / samples
-        values = self.tree[1] / counts - np.outer(mean, mean)
-        scale = np.sqrt(np.maximum(np.diagonal(values[0]), 0.0))
-        unit = np.where(scale > 0.0, scale, 1.0)
-        weight = 1.0 / np.outer(unit, unit)
-        size = max(1, -(-self.filled // blocks_max))
-        number = self.filled // size
-        leaves = self.tree[self.hops:self.hops + number * size]
-        blocks = leaves.reshape(number, size, -1).sum(axis=1)
-        blocks *= (weight / counts).reshape(1, -1)
-        return Covariances(values * weight, scale, blocks, size * hop_s, float(counts.min()),
-                           counts)
+        size, blocks = self.size, self.blocks
+        if not self.full:
+            size = max(1, -(-self.filled // BLOCKS))
+            leaves = self.tree[self.hops:self.hops + self.filled // size * size]
+            blocks = leaves.reshape(-1, size, *leaves.shape[1:]).sum(axis=1)
+        return _scaled(self.tree[1], counts, self.sums.sum(axis=0) / samples, blocks, size * hop_s)
+
+
+def output_covariances(values, lags, rate_hz=1.0):
+    """
+    Return the covariances of a whole record, eq. (43), without data blocks.
+
+    Cut into segments longer than the lags; the transform of each serves its pairs with itself
+    and with the segment before.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n, l)
+        The record; NaN where missing.
+    lags : int
+        Longest lag K.
+    rate_hz : float
+        Sampling rate [Hz].
+
+    Returns
+    -------
+    Covariances
+
+    """
+    values = np.asarray(values, dtype=float)
+    n, width = values.shape
+    size = 1 << max(9, int(lags).bit_length())       # > K; of shorter ones the calls would cost
+    present = ~np.isnan(values)
+    if present.all():
+        mean = np.ones(n) @ values / n               # BLAS: ten times the speed of mean(axis=0)
+        products = _segments(values, mean, lags, size)
+        counts = np.broadcast_to(np.maximum(n - np.arange(lags + 1), 1)[:, None, None],
+                                 products.shape)
+    else:
+        mean = np.nansum(values, axis=0) / np.maximum(present.sum(axis=0), 1)
+        products = _segments(np.where(present, values, mean), mean, lags, size)
+        counts = np.maximum(np.rint(_segments(present.astype(float), np.zeros(width), lags, size)), 1.0)
+    none = np.empty((0, lags + 1, width, width))
+    return _scaled(products, counts, np.zeros(width), none, n / rate_hz)
+
+
+def _segments(values, mean, lags, size):
+    """Return the sums of y(t) y(t - k)^T for k = 0 ... K by transforms of segments."""
+    n, width = values.shape
+    number, whole = -(-n // size), n // size
+    pieces = np.zeros((2 * size, number, width))            # time within the segment goes first
+    pieces[:size, :whole] = values[:whole * size].reshape(whole, size, width).transpose(1, 0, 2)
+    pieces[:n - whole * size, whole:] = values[whole * size:, None]
+    pieces[:size].reshape(size, -1)[:] -= np.tile(mean, number)
+    pieces[n - whole * size:, whole:] = 0.0
+    # real and imaginary parts side by side, (frequencies, segments, 2 l): real matrix products
+    lines = rfft(pieces, axis=0, overwrite_x=True).view(float)
+    turned = lines.transpose(0, 2, 1)
+    own = turned @ lines
+    # the segment before lies one size earlier: a change of sign at every second frequency
+    own += ((-1.0) ** np.arange(size + 1))[:, None, None] * (turned[:, :, 1:] @ lines[:, :-1])
+    own = own.reshape(-1, width, 2, width, 2)
+    cross = (own[:, :, 0, :, 0] + own[:, :, 1, :, 1]
+             + 1j * (own[:, :, 1, :, 0] - own[:, :, 0, :, 1]))
+    return irfft(cross, axis=0)[:lags + 1]
+
+
+def _scaled(products, counts, mean, blocks, block_s):
+    """Divide by counts and scales, remove the mean."""
+    values = products / counts - np.outer(mean, mean)
+    scale = np.sqrt(np.maximum(np.diagonal(values[0]), 0.0))
+    unit = np.where(scale > 0.0, scale, 1.0)
+    weight = 1.0 / np.outer(unit, unit)
+    blocks = (blocks * (weight / counts)).reshape(len(blocks), values.size)
+    return Covariances(values * weight, scale, blocks, block_s, float(np.min(counts)), counts)

@@ -173,10 +173,11 @@ def _candidates(chains, orders, covariances, factors, rows, band, number):
         largest = shapes[np.arange(len(own)), top][:, None]
         shares = shares_of(factors, poles, which)
         for j, k in enumerate(own):
-            f, x = np.mean([(p.frequency_hz[m], p.damping_ratio[m])
-                            for p, m in _middle(chains[k])], axis=0)
+            few = _middle(chains[k])
+            f = sum(float(p.frequency_hz[m]) for p, m in few) / len(few)
+            x = sum(float(p.damping_ratio[m]) for p, m in few) / len(few)
             out[k] = Candidate(
-                float(f), float(x), (shapes / largest)[j], float(spreads.frequency_hz[j]),
+                f, x, (shapes / largest)[j], float(spreads.frequency_hz[j]),
                 float(spreads.damping_ratio[j]), len(chains[k].members), number,
                 spreads.shape[j], shares[j])
     lines = [c.share for c in out if c.damping_ratio < LINE_DAMPING]

@@ -11,7 +11,7 @@ import numpy as np
 
 from ssi_ros.identify.bands import plan_bands, Thinner
 from ssi_ros.identify.harmonics import label, look
-from ssi_ros.identify.lags import Ring
+from ssi_ros.identify.lags import BLOCKS, Ring
 from ssi_ros.identify.modes import band_modes
 from ssi_ros.identify.settings import Identification
 from ssi_ros.identify.shapes import mac
@@ -24,7 +24,6 @@ BLAS = ThreadpoolController()     # more threads only slow these small matrices 
 CHANNELS_MAX = 64
 PRESENT_MIN = 0.5       # share of its samples that a channel must have
 WILD = 1e100            # no acceleration: its square would overflow
-BLOCKS = 20             # data blocks of a window, from whose scatter the spreads come
 SIZE = 120              # side l i of the covariance matrix that automatic block rows aim at
 
 

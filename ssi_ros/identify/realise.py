@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg.blas import dtrsm
-from scipy.linalg.lapack import dgeev, dtrtrs
+from scipy.linalg.lapack import dgeev, dpotrf, dtrtrs
 
 RIDGE = 1e-9        # of the mean variance: keeps the Cholesky factor of noise-free data alive
 RIDGES = (1e-9, 1e-7, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1.0)
@@ -109,30 +109,42 @@ def _unpack(packed, columns):
 def toeplitz(values, rows, first):
     """Return the block Toeplitz matrix with block (p, q) = Lambda_(first + p - q), eq. (45)."""
     width = values.shape[1]
-    every = np.concatenate([values[:0:-1].transpose(0, 2, 1), values])   # -K ... K
-    zero = len(values) - 1
-    index = zero + first + np.subtract.outer(np.arange(rows), np.arange(rows))
-    return every[index].transpose(0, 2, 1, 3).reshape(rows * width, rows * width)
+    lags = np.arange(first + rows - 1, first - rows, -1)
+    blocks = values[np.abs(lags)]
+    blocks[lags < 0] = blocks[lags < 0].transpose(0, 2, 1)               # Lambda_-k
+    strip = np.ascontiguousarray(blocks.transpose(1, 0, 2)).reshape(width, -1)
+    # block row p is a window of this strip, one block further left than the row above
+    step = strip.itemsize
+    start = strip[:, (rows - 1) * width:]
+    view = np.lib.stride_tricks.as_strided(
+        start, (rows, width, rows * width), (-width * step, strip.strides[0], step))
+    return view.reshape(rows * width, rows * width)
 
 
 def _square_root(values, rows):
     """Return W with W W^T = covariance of i successive samples, eq. (46)."""
     weight = toeplitz(values, rows, 0)
-    unit = np.eye(len(weight)) * np.trace(weight) / len(weight)
-    try:
-        return np.linalg.cholesky(weight + RIDGE * unit)
-    except np.linalg.LinAlgError:
-        pass
+    unit = np.trace(weight) / len(weight)
+    w = _cholesky(weight, RIDGE * unit)
+    if w is not None:
+        return w
     # short records of slow modes: the estimate is not positive definite, so it is smoothed by a
     # triangular lag window, and lifted as little as it takes; any weight leaves the poles right
     fade = 1.0 - np.arange(len(values)) / len(values)
     weight = toeplitz(values * fade[:, None, None], rows, 0)
     for ridge in RIDGES:
-        try:
-            return np.linalg.cholesky(weight + ridge * unit)
-        except np.linalg.LinAlgError:
-            pass
+        w = _cholesky(weight, ridge * unit)
+        if w is not None:
+            return w
     raise np.linalg.LinAlgError('the covariances of the window are not positive definite')
+
+
+def _cholesky(weight, lift):
+    """Return the lower factor of weight + lift I in Fortran order, or None."""
+    weight = weight.T.copy(order='F')            # symmetric, and in the order that LAPACK wants
+    weight[np.diag_indices(len(weight))] += lift
+    w, fault = dpotrf(weight, lower=1, clean=1, overwrite_a=1)
+    return w if fault == 0 else None
 
 
 def factorise(covariances, rows, rank, weighting='cva'):
@@ -160,26 +172,59 @@ def factorise(covariances, rows, rank, weighting='cva'):
         If the covariances of the window are not positive definite.
 
     """
-    values = covariances.values
-    width = values.shape[1]
+    t, w = weighted(covariances.values, rows, weighting)
+    return factors_of(*decompose(whiten(t, w), rank), w, covariances.values.shape[1])
+
+
+def weighted(values, rows, weighting):
+    """Return T, eq. (45), and the lower triangular W of its weight, eq. (46); None is W = I."""
     t = toeplitz(values, rows, rows)
     if weighting == 'cva':
-        w = _square_root(values, rows)
-        t = dtrsm(1.0, w, dtrsm(1.0, w, t, lower=1), side=1, lower=1, trans_a=1)
-    # the left subspace from t t^T costs half of an SVD; it is exact down to RANK
+        return t, _square_root(values, rows)
+    if weighting == 'upc':
+        return t, None
+    raise ValueError(f'weighting={weighting!r} is not known; known: cva, upc')
+
+
+def whiten(t, w):
+    """Return W^-1 T W^-T; T itself where W is None."""
+    if w is None:
+        return t
+    # the transpose is in Fortran order, so that nothing is copied
+    turned = dtrsm(1.0, w, t.T, lower=1, overwrite_b=1)
+    return dtrsm(1.0, w, turned, side=1, lower=1, trans_a=1, overwrite_b=1).T
+
+
+def decompose(t, rank):
+    """
+    Return the leading singular triplets (U, s, V) of a square matrix, at most `rank`.
+
+    The left subspace from t t^T costs half of a singular value decomposition; it is exact down to
+    `RANK`.
+    """
     squares, u = np.linalg.eigh(t @ t.T)
     squares, u = squares[::-1], u[:, ::-1]
     rank = min(rank, int(np.count_nonzero(squares > RANK ** 2 * max(squares[0], 1e-300))))
-    s = np.sqrt(squares[:rank])
-    u = u[:, :rank]
-    v = (t.T @ u) / s
-    gamma, delta = u * np.sqrt(s), v * np.sqrt(s)
-    inputs = v / np.sqrt(s)
-    if weighting == 'cva':
-        gamma, delta = w @ gamma, w @ delta
-        inputs = dtrsm(1.0, w, inputs, lower=1, trans_a=1)
-    q, upper = np.linalg.qr(gamma[:-width])
-    return Factors(gamma, inputs, delta[-width:].T, s, upper, q.T @ gamma[width:], q, width)
+    s, u = np.sqrt(squares[:rank]), u[:, :rank]
+    return u, s, (t.T @ u) / s
+
+
+def factors_of(u, s, v, w, channels):
+    """
+    Return the Factors of singular triplets and a weight, eq. (47) and (49).
+
+    Without `v` they serve for poles, not for spreads: `inputs` and `last_input` are None.
+    """
+    root = np.sqrt(s)
+    gamma = u * root if w is None else w @ (u * root)
+    inputs = last = None
+    if v is not None:
+        inputs, last = v / root, (v * root)[-channels:].T
+        if w is not None:
+            last = ((v * root).T @ w[-channels:].T)
+            inputs = dtrsm(1.0, w, inputs, lower=1, trans_a=1)
+    q, upper = np.linalg.qr(gamma[:-channels])
+    return Factors(gamma, inputs, last, s, upper, q.T @ gamma[channels:], q, channels)
 
 
 def noise_floor(rows, channels, pairs):
@@ -193,7 +238,7 @@ def noise_floor(rows, channels, pairs):
     return 2.0 * np.sqrt(c * (1.0 - c))
 
 
-def poles_of(factors, orders, rate_hz):
+def poles_of(factors, orders, rate_hz, scale=1.0):
     """
     Return the poles of some model orders, eq. (49) to (51).
 
@@ -205,6 +250,8 @@ def poles_of(factors, orders, rate_hz):
         Model orders n, at most the columns of the factors.
     rate_hz : float
         Sampling rate of the band [Hz].
+    scale : ndarray, shape (l,), optional
+        Units of the channels; without it the shapes are those of the scaled channels.
 
     Returns
     -------
@@ -222,7 +269,7 @@ def poles_of(factors, orders, rate_hz):
     real, imag = (np.concatenate([s[k] for s in solved]) for k in (0, 1))
     pairs = np.flatnonzero(imag > 0.0)        # LAPACK stores (re, im) of a pair side by side
     output = np.concatenate(outputs, axis=1)
-    shapes = (output[:, pairs] + 1j * output[:, pairs + 1]).T
+    shapes = (output[:, pairs] + 1j * output[:, pairs + 1]).T * scale
     top = np.abs(shapes).argmax(axis=1)
     shapes /= shapes[np.arange(len(pairs)), top][:, None]
     mu = real[pairs] + 1j * imag[pairs]

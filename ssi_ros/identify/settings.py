@@ -31,7 +31,7 @@ class Identification:
         60, low=2, high=400,
         doc='highest model order of every band')
     orders: int = quantity(
-        10, low=3, high=100,
+        8, low=3, high=100,
         doc='how many model orders vote on a mode')
     weighting: str = quantity(
         'cva', doc='cva (canonical variates) or upc (plain covariances)')
