@@ -1,4 +1,4 @@
-"""Diagnose in a process of its own, so that whoever asked goes on with its work."""
+"""Run long work in a process of its own, so that whoever asked goes on with its own work."""
 import multiprocessing
 import os
 import signal
@@ -9,7 +9,7 @@ NICENESS = 5
 
 class Background:
     """
-    One diagnosis at a time, in another process.
+    One piece of work at a time, in another process.
 
     `poll` says how far it is and returns the answer when it has come.
     """
@@ -20,22 +20,22 @@ class Background:
 
     @property
     def busy(self):
-        """Whether a diagnosis runs."""
+        """Whether work runs."""
         return self.process is not None
 
-    def start(self, spacecraft, samples, settings, **options):
-        """Begin `diagnose(spacecraft, samples, settings, **options)`."""
-        # a forked child would inherit the threads' locks of a node
+    def start(self, work, *args, **options):
+        """Begin `work(*args, **options, progress=callable)`; all of it must be picklable."""
+        # a forked child would inherit the locks of a node's threads
         context = multiprocessing.get_context('spawn')
         self.pipe, theirs = context.Pipe(duplex=False)
-        self.process = context.Process(target=_work, daemon=True, args=(
-            theirs, spacecraft, samples, settings, options))
+        self.process = context.Process(target=_work, args=(theirs, work, args, options),
+                                       daemon=True)
         self.share = 0.0
         self.process.start()
         theirs.close()
 
     def poll(self):
-        """Return ('done', plain JSON data) or ('failed', why) when it has ended, else None."""
+        """Return ('done', result) or ('failed', why) when the work has ended, else None."""
         answer = None
         try:
             while answer is None and self.pipe.poll():
@@ -46,8 +46,8 @@ class Background:
                     answer = (kind, value)
         except EOFError:
             self.process.join()
-            answer = ('failed', 'the process of the diagnosis ended with exit code '
-                      f'{self.process.exitcode}; was it killed, or is memory short?')
+            answer = ('failed', f'its process ended with exit code {self.process.exitcode}; was '
+                      'it killed, or is memory short?')
         if answer is not None:
             self.stop()
         return answer
@@ -61,18 +61,23 @@ class Background:
             self.process = self.pipe = None
 
 
-def _work(pipe, spacecraft, samples, settings, options):
-    """Diagnose in the child; tell how far it is, then the answer."""
+def diagnose_to_json(*args, **options):
+    """Return `diagnose(...)` as the plain data of its JSON form."""
+    from ssi_ros.gap.diagnose import diagnose
+    return diagnose(*args, **options).to_json()
+
+
+def _work(pipe, work, args, options):
+    """Work in the child; tell how far it is, then the answer."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)       # the parent decides when to end
     os.nice(NICENESS)
     try:
-        from ssi_ros.gap.diagnose import diagnose
         from threadpoolctl import threadpool_limits
         with threadpool_limits(limits=1):
-            found = diagnose(spacecraft, samples, settings, **options,
-                             progress=lambda share: pipe.send(('share', float(share))))
-        pipe.send(('done', found.to_json()))
-    except ValueError as error:
+            result = work(*args, **options,
+                          progress=lambda share: pipe.send(('share', float(share))))
+        pipe.send(('done', result))
+    except (ValueError, OSError) as error:
         pipe.send(('failed', str(error)))
     except Exception:
-        pipe.send(('failed', 'a fault of the diagnosis:\n' + traceback.format_exc()))
+        pipe.send(('failed', 'a fault of this program:\n' + traceback.format_exc()))

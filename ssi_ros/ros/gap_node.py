@@ -14,7 +14,7 @@ import time
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from ssi_ros.effects import effect_class, load_configuration
-from ssi_ros.gap.background import Background
+from ssi_ros.gap.background import Background, diagnose_to_json
 from ssi_ros.gap.live import order_of
 from ssi_ros.gap.live_model import LiveSettings, prepare
 from ssi_ros.gap.live_stream import LastRows, LiveStream
@@ -57,7 +57,7 @@ class GapNode(StageNode):
         super().__init__('gap', **kwargs)
         self._publishers_made, self._services = [], []
         self._intake = self._worker = self._look = self._last = None
-        self._background, self._waiting = Background(), []
+        self._background, self._preparation, self._waiting = Background(), Background(), []
 
     def configure(self, source, task, settings):
         """Read the model, subscribe, advertise, and start the worker."""
@@ -78,10 +78,11 @@ class GapNode(StageNode):
         diagnose.send_response = self._diagnose
         self._services = [diagnose, self.create_service(Trigger, '~/reset_alarm', self._reset)]
         self._names, self._task = names, task
-        self._worker = Worker(self, names, settings, lambda progress: prepare(
-            self._spacecraft, settings, present=self._present, effects=self._effects,
-            progress=progress))
-        self._look = self.every(LOOK_S, self._look_at_diagnosis)
+        # in this process it would hold up the samples: Python runs one thread at a time
+        self._preparation.start(prepare, self._spacecraft, settings, present=self._present,
+                                effects=self._effects)
+        self._worker = Worker(self, names, settings)
+        self._look = self.every(LOOK_S, self._look_after)
 
     def _advertise(self, message_class, topic, qos):
         publisher = self.create_lifecycle_publisher(message_class, topic, qos)
@@ -103,6 +104,7 @@ class GapNode(StageNode):
 
     def cleanup(self):
         """Release all that `configure` created."""
+        self._preparation.stop()
         self._background.stop()
         self._finish('failed', 'the node was stopped')
         if self._look is not None:
@@ -158,7 +160,7 @@ class GapNode(StageNode):
             why = 'no samples yet: is the simulator or the player running?'
         else:
             self._waiting.append((response, header))
-            self._background.start(self._spacecraft, record, self._diagnosis,
+            self._background.start(diagnose_to_json, self._spacecraft, record, self._diagnosis,
                                    present=self._present, effects=self._effects,
                                    pairs=self._task.pairs)
             self.get_logger().info(f'diagnosing the last {record.duration_s:.0f} s')
@@ -166,7 +168,15 @@ class GapNode(StageNode):
         response.success, response.message = False, why
         self._reply(response, header)
 
-    def _look_at_diagnosis(self):
+    def _look_after(self):
+        """See whether the preparation or a diagnosis has ended."""
+        if self._preparation.busy:
+            answer = self._preparation.poll()
+            if answer is not None and answer[0] == 'failed':
+                self.get_logger().error(f'the meter cannot be prepared: {answer[1]}')
+                self._worker.fault = f'the meter cannot be prepared: {answer[1]}'
+            elif answer is not None:
+                self._worker.start(answer[1])
         if self._background.busy:
             answer = self._background.poll()
             if answer is not None:
@@ -189,20 +199,23 @@ class GapNode(StageNode):
         out = [health.channel(self.get_name(), source, n, intake.grid.counts[i],
                               intake.grid.rate_hz, up_s)
                for i, (source, n) in enumerate(zip(intake.sources, intake.publishers()))]
-        return out + self._worker.health(self.get_name(), self._background)
+        return out + self._worker.health(self.get_name(), self._preparation, self._background)
 
 
 class Worker:
     """The thread that measures, and what it works on."""
 
-    def __init__(self, node, names, settings, prepare_model):
+    def __init__(self, node, names, settings):
         self.node, self.names, self.settings = node, names, settings
-        self.prepare = prepare_model
         self.lock = threading.Lock()
         self.rows = queue.SimpleQueue()
-        self.share, self.fault, self.model, self.stream = 0.0, '', None, None
+        self.fault, self.model, self.stream = '', None, None
         self.updates, self.compute_s, self.last = 0, 0.0, None
-        self.stopping = False
+        self.thread = None
+
+    def start(self, model):
+        """Take the model and begin to work on the rows that wait."""
+        self.model = model
         self.thread = threading.Thread(target=self._work, daemon=True)
         self.thread.start()
 
@@ -229,26 +242,13 @@ class Worker:
 
     def stop(self):
         """End the thread."""
-        self.stopping = True
-        self.rows.put(None)
-        self.thread.join(timeout=10.0)
+        if self.thread is not None:
+            self.rows.put(None)
+            self.thread.join(timeout=10.0)
 
     def _work(self):
-        try:
-            self.model = self.prepare(self._progress)
-        except Exception as error:      # the node tells by its health, and goes on
-            if self.stopping:
-                return
-            self.fault = f'the meter cannot be prepared: {error}'
-            self.node.get_logger().error(self.fault)
         while (rows := self.rows.get()) is not None:
-            if self.model is not None:
-                self._take(rows)
-
-    def _progress(self, share):
-        self.share = share
-        if self.stopping:
-            raise ValueError('the node was stopped')
+            self._take(rows)
 
     def _take(self, rows):
         before = time.thread_time()
@@ -268,13 +268,13 @@ class Worker:
             self.last = update
             self.node.publish(update)
 
-    def health(self, node, background):
+    def health(self, node, preparation, background):
         """Return the statuses of meter and alarm."""
         last, level, text = self.last, 'ok', 'no whole hop yet'
         if self.fault:
             level, text = 'error', self.fault
         elif self.model is None:
-            level, text = 'warn', f'preparing the templates, {100 * self.share:.0f} %'
+            level, text = 'warn', f'preparing, {100 * preparation.share:.0f} %'
         elif last is not None:
             level = 'warn' if last.reason else 'ok'
             text = last.reason or f'{last.deviations:+.1f} sd above the floor'
