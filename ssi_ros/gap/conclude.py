@@ -34,7 +34,7 @@ def too_little(reason):
         (unknown,), {'effects': (), 'class': (), 'probability': 0.0}, ())
 
 
-def conclude(ranked, before, left, gap, where, scores, signs, settings, effects):
+def conclude(ranked, before, left, gap, where, scores, signs, settings, effects, controls=()):
     """
     Return the answer where there is a gap.
 
@@ -56,6 +56,8 @@ def conclude(ranked, before, left, gap, where, scores, signs, settings, effects)
         Ties and temperature.
     effects : int
         Effects that were considered.
+    controls : sequence of Ranked
+        What is no explanation, tried like one.
 
     Returns
     -------
@@ -95,7 +97,9 @@ def conclude(ranked, before, left, gap, where, scores, signs, settings, effects)
                           False),
               Explanation(('none',), none, ('none',), {}, before.value, 0.0, 0.0, 0.0, False))
     return Diagnosis(outcome, reason, gap, {**where, 'site': _sites(scores, ranked, shares)},
-                     tuple(found) + others, verdict, separate_by(verdict['class']), texts(signs))
+                     tuple(found) + others, verdict, separate_by(verdict['class']), texts(signs),
+                     tuple({'effects': c.names or ('none',), 'closed': closed(before, c)[0]}
+                           for c in controls))
 
 
 def texts(signs):

@@ -127,8 +127,11 @@ def diagnose(spacecraft, samples, settings=DiagnosisSettings(), *, effects=None,
     tell(0.9)
     before = try_held_out(simulator, evidence, Ranked(nominal), settings, tolerance)
     ranked = [try_held_out(simulator, evidence, r, settings, tolerance) for r in ranked[:TRIED]]
+    controls = [try_held_out(simulator, evidence, r, settings, tolerance)
+                for r in [Ranked(nominal)] + search.at_random(templates, ranked)]
     tell(1.0)
-    return conclude(ranked, before, left, gap, where, scores, signs, settings, len(names))
+    return conclude(ranked, before, left, gap, where, scores, signs, settings, len(names),
+                    controls)
 
 
 def _together(p_value, deviations, signs):

@@ -39,7 +39,12 @@ class Explanation:
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """What `diagnose` found; the fields are those of the JSON, which `to_json` makes."""
+    """
+    What `diagnose` found; the fields are those of the JSON, which `to_json` makes.
+
+    `signs` are texts of what shows in no spectrum; `controls` say what an effect at its null
+    value and one drawn at random close, which shows what shrinkage is worth.
+    """
 
     outcome: str
     reason: str
@@ -49,6 +54,7 @@ class Diagnosis:
     verdict: dict
     separate_by: tuple
     signs: tuple = ()
+    controls: tuple = ()
 
     def to_json(self):
         """Return plain data in the fixed schema; a number that is not finite becomes None."""
@@ -60,7 +66,8 @@ class Diagnosis:
                 'gap_after': c.gap_after, 'closed': c.closed, 'closed_low90': c.closed_low90,
                 'closed_high90': c.closed_high90, 'inside_floor': c.inside_floor,
             } for c in self.candidates],
-            'verdict': self.verdict, 'separate_by': self.separate_by, 'signs': self.signs})
+            'verdict': self.verdict, 'separate_by': self.separate_by, 'signs': self.signs,
+            'controls': self.controls})
 
 
 def _plain(value):

@@ -90,6 +90,18 @@ class Search:
                 couple)
         return self._fit_all(list(unique.values()), signs, singles[0].fit)
 
+    def at_random(self, templates, known):
+        """Fit one effect that nothing speaks for, drawn at random but the same for a record."""
+        named = {n for r in known for n in r.names}
+        others = [e for e in templates.effects if e.name not in named]
+        if not others:
+            return []
+        draw = np.random.default_rng(abs(int(1e6 * self.nominal.likelihood)))
+        fitted = fit(self.simulator, self.evidence,
+                     Candidate((others[draw.integers(len(others))],)), self.nominal.levels,
+                     FIRST_STEPS, self.tolerance)
+        return [] if fitted is None else [Ranked(fitted)]
+
     def _fit_all(self, candidates, signs, start):
         """Fit all candidates a little, the best ones to the end."""
         bonuses = {s.effect.name: -np.log(max(s.p_value, 1e-300)) for s in signs}

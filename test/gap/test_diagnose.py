@@ -73,6 +73,7 @@ def test_json_has_the_fixed_schema(spacecraft):
         'closed_high90', 'inside_floor'}
     # 1e-9: a softmax, so only round-off
     assert sum(c['probability'] for c in plain['candidates']) == pytest.approx(1.0, abs=1e-9)
+    assert plain['controls'][0]['effects'] == ['none']
     names = [c['effects'] for c in plain['candidates']]
     assert ['unknown'] in names and ['none'] in names
     for kind in ('sensors', 'bands', 'times'):
