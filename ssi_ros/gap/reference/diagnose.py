@@ -1,0 +1,201 @@
+"""Diagnose the gap between two recordings of one structure: is there one, where, why."""
+import numpy as np
+from scipy.stats import norm
+
+from ssi_ros.effects import effect_class, library, Site
+from ssi_ros.gap.diagnosis import Diagnosis, Explanation
+from ssi_ros.gap.reference import signs as look
+from ssi_ros.gap.reference.amplitude import amplitude_dependence
+from ssi_ros.gap.reference.conclude import conclude
+from ssi_ros.gap.reference.distance import data_floor, Distance, measure
+from ssi_ros.gap.reference.extra import of_line, of_sign, stiffness_drift
+from ssi_ros.gap.reference.fit import fit, level_of
+from ssi_ros.gap.reference.forms import all_forms
+from ssi_ros.gap.reference.joint import joint, OTHER_LEVEL
+from ssi_ros.gap.reference.nominal import make_nominal
+from ssi_ros.gap.reference.pair import make_pair
+from ssi_ros.gap.reference.pieces import plan, silent, Spectra, spectra_of
+from ssi_ros.gap.reference.rank import closed, MODAL, SURE, try_held_out
+from ssi_ros.gap.reference.screen import screen
+from ssi_ros.gap.reference.where import locate
+from ssi_ros.gap.settings import DiagnosisSettings
+from threadpoolctl import ThreadpoolController
+
+BLAS = ThreadpoolController()   # more threads only slow these small matrices down
+TRIALS = 5              # tests for a gap: distance, scores, level, pulses, lines
+EACH = 2                # places of one effect that are fitted
+TRIED = 6               # fits that go on to held-out groups
+FIRST_STEPS = 4         # of a fit, before the best TRIED are chosen
+FINALISTS = 12          # forms fitted after the scores
+MORE = 3.0              # standard deviations left, above which a second effect is looked for
+
+
+def diagnose_reference(reference, record, settings=DiagnosisSettings(), *, effects=None,
+                       pairs=True, progress=None):
+    """
+    Diagnose the gap between two recordings of the same structure.
+
+    Parameters
+    ----------
+    reference, record : Samples
+        At least one channel in common; any rates in a ratio of small whole numbers. NaN where a
+        sample is missing.
+    settings : DiagnosisSettings
+        Only `false_alarm` is used: bands and segments follow from the recordings.
+    effects : sequence of str, optional
+        Names of the effects to consider; all by default.
+    pairs : bool
+        Whether to look for two effects where one does not suffice.
+    progress : callable, optional
+        Called with the share done, 0 to 1.
+
+    Returns
+    -------
+    Diagnosis
+        With sites and names as from a model; parameters are those of the modal forms.
+
+    Raises
+    ------
+    ValueError
+        If the recordings have no channel or rate in common, or an effect is not known.
+
+    """
+    names = tuple(effect_class(n).name for n in effects) if effects else tuple(library())
+    with BLAS.limit(limits=1):
+        return _diagnose(reference, record, settings, names, pairs,
+                         progress or (lambda share: None))
+
+
+def _diagnose(reference, record, settings, names, pairs, tell):
+    pair = make_pair(reference, record)
+    try:
+        cut = plan(min(len(pair.reference), len(pair.record)), pair.rate_hz, len(pair.channels))
+    except ValueError as error:
+        return _too_little(str(error), pair.notes)
+    one, two = spectra_of(pair.reference, cut), spectra_of(pair.record, cut)
+    tell(0.05)
+    level, usual = level_of(one.mean, two.mean), one.mean
+    searched, notes = cut, pair.notes
+    if abs(level) > OTHER_LEVEL and not (quiet := silent(one, two)).all():
+        one, two = one.in_bands(~quiet), two.in_bands(~quiet)
+        cut = one.cut
+        notes += (f'the level differs by {10 * level / np.log(10):+.1f} dB; {quiet.sum()} of '
+                  f'{len(quiet)} bands hold noise only, which does not grow with it, and were '
+                  'left out',)
+    nominal = make_nominal(pair.reference, pair.channels, cut, one.mean)
+    base = fit(nominal, two.mean, one.freedom, two.freedom)
+    tell(0.1)
+    found = screen(nominal, base, one, two, all_forms(nominal, names))
+    tell(0.25)
+    gap, scatter = _gap(nominal, base, one, two)
+    signs = _signs(pair, reference, record, searched, usual, level, found, two, names)
+    tests = [found.p_value, norm.sf(gap.deviations)] + [s.p_value for s in signs]
+    p_value = float(min(1.0, TRIALS * min(tests)))
+    told = {'before': gap.value, 'floor': gap.floor, 'floor_std': gap.floor_std,
+            'p_value': p_value}
+    where = locate(nominal, base, one, two)
+    texts = notes + tuple(s.text for s in signs)
+    if p_value > settings.false_alarm:
+        tell(1.0)
+        return _quiet(told, where, texts, p_value)
+    tell(0.3)
+    dependence = amplitude_dependence(pair.record, cut.rate_hz, nominal.modes)
+    joints, texts_joint = joint(nominal, base, one, two, pair, dependence, names)
+    tell(0.4)
+    bonuses = {s.effect: min(SURE, -np.log(max(s.p_value, 1e-300))) for s in signs}
+    forms = [of_line(s, cut, pair.channels) if s.effect == 'harmonic_disturbance'
+             else of_sign(s, pair, cut, one.mean) for s in signs
+             if s.effect != 'stiffness_drift']
+    drift = stiffness_drift(nominal) if 'stiffness_drift' in names else None
+    forms += _finalists(found) + [f for f in [drift] if f] + [j.form for j in joints]
+    bonuses.update({j.form.effect: j.bonus for j in joints})
+    before = try_held_out(nominal, one, two, base, scatter)
+    ranked = _try_all(nominal, one, two, [(f,) for f in forms], base, bonuses, scatter,
+                      lambda share: tell(0.4 + 0.35 * share))
+    if pairs and ranked and ranked[0].deviations > MORE and ranked[0].tolerance == MODAL and (
+            not closed(before, ranked[0])[0] >= 1 - MODAL):
+        first = ranked[0].fitted
+        couples = [(first.forms[0], r.fitted.forms[0]) for r in ranked[1:5]
+                   if r.names != ranked[0].names and r.held_out > before.held_out]
+        ranked += [r for r in _try_all(nominal, one, two, couples, base, bonuses, scatter,
+                                       lambda share: tell(0.75 + 0.25 * share))
+                   if r.worth > ranked[0].worth + SURE / 2]
+        ranked.sort(key=lambda r: -r.worth)
+    tell(1.0)
+    return conclude(nominal, ranked, before, told, where, texts + texts_joint, base, dependence)
+
+
+def _gap(nominal, base, one, two):
+    """Return the gap over the wider of both floors, and how much wider the data's floor is."""
+    theory = measure(one, two, base.predicted, nominal.trust)
+    noise = base.x[1] * np.diag(nominal.floor)
+    level = Spectra(one.cut, np.exp(base.x[0]) * one.groups + noise, one.weights, one.times_s)
+    floor, std = data_floor(level, two, nominal.trust)[:2]
+    scatter = max(1.0, std / theory.floor_std)
+    floor = max(floor, theory.floor)
+    return Distance(theory.value, floor, scatter * theory.floor_std,
+                    theory.bands + theory.floor - floor), scatter
+
+
+def _signs(pair, reference, record, cut, usual, level, found, two, names):
+    raw = [s.values[:, [s.channels.index(c) for c in pair.channels]]
+           for s in (reference, record)]
+    left = [look.residual(v) for v in (pair.reference, pair.record)]
+    signs = [look.losses(pair.missing), look.steps(*raw), look.rails(*raw, pair.channels),
+             look.level_swings(*left, cut.rate_hz), look.pulses(*left, cut.rate_hz),
+             look.line(pair.reference, pair.record, cut, usual, float(np.exp(level)))]
+    rows = [k for k, f in enumerate(found.forms) if f.effect == 'stiffness_scale' and not f.place]
+    if rows:
+        track = found.tracks[found.owner == rows[0]][0]
+        slope, p = look.trend(track, two.times_s)
+        if p < 1e-3:
+            signs.append(look.Sign('stiffness_drift', {}, {}, p, 'the frequencies move through '
+                                   f'the record ({slope:+.2g} sd of a piece)'))
+    return [s for s in signs if s is not None and s.effect in names]
+
+
+def _finalists(found):
+    """Return the forms of the largest gains, a few places of each effect."""
+    chosen, count = [], {}
+    for k in np.argsort(-found.gains):
+        form = found.forms[k]
+        if count.get(form.effect, 0) < EACH and len(chosen) < FINALISTS:
+            count[form.effect] = count.get(form.effect, 0) + 1
+            chosen.append(form)
+    return chosen
+
+
+def _try_all(nominal, one, two, candidates, base, bonuses, scatter, tell):
+    """Fit all candidates a little, the best to the end; try those on held-out groups."""
+    fits = []
+    for i, forms in enumerate(candidates):
+        tell(0.7 * i / len(candidates))
+        start = np.append(base.x, [n.start for f in forms for n in f.numbers])
+        fitted = fit(nominal, two.mean, one.freedom, two.freedom, forms, start, FIRST_STEPS)
+        bonus = sum(bonuses.get(f.effect, 0.0) for f in forms)
+        cost = sum(len(f.numbers) for f in forms)
+        fits.append((fitted.likelihood + bonus - cost, i, fitted, bonus))
+    ranked = []
+    for i, (_, _, fitted, bonus) in enumerate(sorted(fits, key=lambda f: -f[0])[:TRIED]):
+        tell(0.7 + 0.3 * i / TRIED)
+        fitted = fit(nominal, two.mean, one.freedom, two.freedom, fitted.forms, fitted.x)
+        ranked.append(try_held_out(nominal, one, two, fitted, scatter, bonus))
+    return sorted(ranked, key=lambda r: -r.worth)
+
+
+def _quiet(gap, where, texts, p_value):
+    where['site'] = dict.fromkeys((s.value for s in Site), 0.0)
+    none = Explanation(('none',), 1.0, ('none',), {}, gap['before'], *[float('nan')] * 3, True)
+    return Diagnosis('WITHIN_FLOOR', 'the record is what the reference says '
+                     f'(p = {p_value:.2g})', gap, where, (none,),
+                     {'effects': (), 'class': (), 'probability': 1.0}, (), texts)
+
+
+def _too_little(reason, notes):
+    nothing = float('nan')
+    unknown = Explanation(('unknown',), 1.0, ('unknown',), {}, *[nothing] * 4, False)
+    return Diagnosis('TOO_LITTLE_DATA', reason,
+                     dict.fromkeys(('before', 'floor', 'floor_std', 'p_value'), nothing),
+                     {'site': dict.fromkeys((s.value for s in Site), 0.0), 'sensors': [],
+                      'bands': [], 'modes': [], 'times': []},
+                     (unknown,), {'effects': (), 'class': (), 'probability': 0.0}, (), notes)

@@ -1,0 +1,122 @@
+"""Forms that need the data: a sign applied to the reference, a line, a drift, a nonlinearity."""
+import numpy as np
+from scipy.ndimage import uniform_filter1d
+
+from ssi_ros.gap.reference.forms import at_mode, Form, modal_gain, Number
+from ssi_ros.gap.reference.pieces import spectra_of
+
+DRIFT_STEPS = 9
+NEIGHBOURS = 15         # bands over which the distortion of a nonlinearity is smoothed
+ABOVE = 4.0             # times the reference, beyond which a band holds mostly distortion
+NONLINEAR = ('hinge_friction', 'hinge_freeplay', 'cubic_stiffness')
+
+
+def of_sign(sign, pair, cut, mean_one):
+    """
+    Return the form of a sign: the reference with the effect in its samples, without a number.
+
+    Parameters
+    ----------
+    sign : Sign
+        What was seen.
+    pair : Pair
+        The recordings.
+    cut : Cut
+        Bands.
+    mean_one : ndarray, shape (b, l, l)
+        Mean spectrum of the reference.
+
+    Returns
+    -------
+    Form
+
+    """
+    level = np.std(pair.record) / np.std(pair.reference)
+    values = pair.reference * level
+    if sign.effect == 'quantisation':
+        step = sign.numbers['step_m_s2'][0]
+        values = np.rint(values / step) * step
+    elif sign.effect == 'saturation':
+        limit = sign.numbers['limit_m_s2'][0]
+        values = np.clip(values, -limit, limit)
+    else:
+        return Form(sign.effect, sign.place, (), lambda n, x: (None, None), sign.text,
+                    constants=sign.numbers)
+    added = spectra_of(values / level, cut).mean - mean_one
+    return Form(sign.effect, sign.place, (), lambda n, x: (None, added), sign.text,
+                constants=sign.numbers)
+
+
+def of_line(sign, cut, channels):
+    """Return the form of a line: its power in the bands around it, of one shape (164)."""
+    frequency = sign.numbers['frequency_hz'][0]
+    bins = (cut.first + cut.band_bins * np.array(cut.chosen)[:, None]
+            + np.arange(cut.band_bins))
+    turn = np.exp(-2j * np.pi * np.arange(cut.rows) * frequency / cut.rate_hz)
+    weight = np.abs(np.fft.fft(cut.taper * turn.conj()))[bins] ** 2
+    shape = weight.mean(axis=1) / 2
+    vector = np.array(sign.place['shape'])
+    matrix = shape[:, None, None] * np.outer(vector, vector.conj())
+    return Form('harmonic_disturbance', {}, (Number('relative_power', '1', 1.0, 0.0, 100.0),),
+                lambda n, x: (None, x[0] * matrix), sign.text, ('wheel_speed_sweep',),
+                sign.numbers)
+
+
+def stiffness_drift(nominal):
+    """Return the form of frequencies that move through the record, eq. (163), or None."""
+    if not len(nominal.modes):
+        return None
+    steps = (np.arange(DRIFT_STEPS) + 0.5) / DRIFT_STEPS
+
+    def change(n, x):
+        ones = np.ones(len(n.modes))
+        gains = (modal_gain(n, np.sqrt(1 + x[0] * u) * ones, ones) for u in steps)
+        moved = sum(g @ n.spectrum @ g.conj().swapaxes(-1, -2) for g in gains) / DRIFT_STEPS
+        return None, moved - n.spectrum
+    return Form('stiffness_drift', {}, (Number('change', '1', 0.01, -0.5, 0.5),), change,
+                'frequencies move through the record')
+
+
+def distortion_of(nominal, base, seen):
+    """
+    Return the power that the record has beyond the level, smooth over bands, eq. (157).
+
+    Only bands count where it outweighs what the level explains: a resonance that moved is not
+    distortion.
+
+    Returns
+    -------
+    added : ndarray, shape (b, l, l)
+        At the level of the reference.
+    share : ndarray, shape (l,)
+        Power of it over the power of the record, a channel.
+
+    """
+    there = np.einsum('bii->bi', seen).real
+    usual = np.einsum('bii->bi', base.predicted).real
+    ratio = uniform_filter1d(there, NEIGHBOURS, axis=0) / uniform_filter1d(usual, NEIGHBOURS, 0)
+    mostly = np.median(ratio, axis=1) > ABOVE
+    excess = np.where(mostly[:, None, None], seen - base.predicted, 0.0)
+    smooth = uniform_filter1d(excess.real, 3, 0) + 1j * uniform_filter1d(excess.imag, 3, 0)
+    values, vectors = np.linalg.eigh(smooth)
+    added = (vectors * np.maximum(values, 0.0)[:, None, :]) @ vectors.conj().swapaxes(-1, -2)
+    share = np.einsum('bii->i', added).real / there.sum(axis=0)
+    return added / np.exp(base.x[0]), share
+
+
+def nonlinearity(nominal, effect, added, meaning, also):
+    """
+    Return the equivalent linear form of an amplitude-dependent joint, eq. (157).
+
+    Every mode takes the frequency and the damping of the other amplitude; the distortion is
+    beside them.
+    """
+    modes, count = nominal.modes, len(nominal.modes)
+
+    def change(n, x):
+        return modal_gain(n, np.exp(x[:count] / 2), np.exp(x[count:2 * count])), added
+    numbers = tuple(Number(f'stiffness_{at_mode(f)}', '1', 0.002, -1.0, 1.0, np.exp)
+                    for f in modes.frequencies_hz)
+    numbers += tuple(Number(f'damping_{at_mode(f)}', '1', 0.1, -3.0, 3.0, np.exp)
+                     for f in modes.frequencies_hz)
+    return Form(effect, {}, numbers, change, meaning, also)

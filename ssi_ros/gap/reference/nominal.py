@@ -1,0 +1,169 @@
+"""The nominal that a reference recording gives: its spectrum, its noise floor, its modes."""
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ssi_ros.gap.reference.pieces import Cut
+from ssi_ros.identify import Identification, identify
+from ssi_ros.records import Samples
+
+HOPS = 24               # blocks of the recording, whose scatter gives the spreads of its modes
+LEAST_DAMPING = 5e-4    # below it a pole is a line
+RESOLVED = 0.3          # half-power half-width in bins, below which a shift cannot be followed
+MOST_MODES = 30         # strongest first
+REACH = 12.0            # half-widths around a mode in which its change counts
+NEAR_BINS = 6           # at least so many bins
+NOISE_QUANTILE = 0.02   # of what the other channels do not explain, over the bands
+
+
+@dataclass(frozen=True, eq=False)
+class Modes:
+    """
+    Modes with the filters that pick them out of the channels.
+
+    Attributes
+    ----------
+    frequencies_hz, frequency_stds_hz : ndarray, shape (m,), [Hz]
+        Natural frequencies and their spreads.
+    damping_ratios, damping_ratio_stds : ndarray, shape (m,)
+        Damping and its spread.
+    shapes : ndarray, shape (l, m), complex
+        Largest component 1.
+    duals : ndarray, shape (l, m), complex
+        psi of eq. (147): psi^H phi = 1, and 0 for the neighbours as far as channels allow.
+
+    """
+
+    frequencies_hz: np.ndarray
+    frequency_stds_hz: np.ndarray
+    damping_ratios: np.ndarray
+    damping_ratio_stds: np.ndarray
+    shapes: np.ndarray
+    duals: np.ndarray
+
+    def __len__(self):
+        return len(self.frequencies_hz)
+
+
+@dataclass(frozen=True, eq=False)
+class Nominal:
+    """
+    What a reference recording tells.
+
+    Attributes
+    ----------
+    cut : Cut
+        Bands.
+    spectrum : ndarray, shape (b, l, l)
+        Its mean spectrum.
+    floor : ndarray, shape (l,)
+        Bound of the noise of the channels.
+    modes : Modes
+        Those whose change the bands resolve.
+    trust : ndarray, shape (b,)
+        Share of the independent spectra of a band that is left where a mode rings longer than a
+        segment lasts, or is sharper than a bin, eq. (143).
+    channels : tuple of str
+        Names.
+
+    """
+
+    cut: Cut
+    spectrum: np.ndarray
+    floor: np.ndarray
+    modes: Modes
+    trust: np.ndarray
+    channels: tuple
+
+    def with_spectrum(self, spectrum):
+        """Return the same nominal around another estimate of its spectrum."""
+        return replace(self, spectrum=spectrum)
+
+
+def make_nominal(values, channels, cut, spectrum):
+    """
+    Identify the modes of a reference and join them with its spectrum.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n, l)
+        The reference.
+    channels : tuple of str
+        Names.
+    cut : Cut
+        Bands.
+    spectrum : ndarray, shape (b, l, l)
+        Its mean spectrum.
+
+    Returns
+    -------
+    Nominal
+
+    """
+    # what the other channels do not explain bounds the noise of a channel from above
+    own = 1.0 / np.einsum('bii->bi', np.linalg.inv(spectrum)).real
+    floor = np.quantile(own, NOISE_QUANTILE, axis=0)
+    found = identified(values, channels, cut.rate_hz)
+    return Nominal(cut, spectrum, floor, _modes(found, len(channels), cut), _trust(found, cut),
+                   tuple(channels))
+
+
+def identified(values, channels, rate_hz):
+    """Return the modes of a whole recording, by rising frequency; none where it is too short."""
+    hop_s = int(len(values) / HOPS) / rate_hz
+    try:
+        window = identify(Samples(values, rate_hz, tuple(channels)),
+                          Identification(window_s=HOPS * hop_s, hop_s=hop_s))[-1]
+    except ValueError:              # less than the identification asks for
+        return ()
+    return tuple(sorted(window.modes, key=lambda m: m.frequency_hz))
+
+
+def _trust(found, cut):
+    trust = np.ones(cut.bands)
+    length_s = cut.rows / cut.rate_hz
+    bins = cut.freedom(1.0)
+    for m in found:
+        xi = max(m.damping_ratio, LEAST_DAMPING)
+        width = xi * m.frequency_hz * length_s          # half-power half-width in bins
+        alike = np.exp(-4 * np.pi * width)              # power of one segment and the next
+        share = (1 - alike) / (1 + alike) * min(1.0, (1 + np.pi * width) / bins)
+        near = np.abs(cut.middles_hz - m.frequency_hz) < reach_hz(m.frequency_hz, xi, cut)
+        trust[near] = np.minimum(trust[near], share)
+    return trust
+
+
+def _modes(found, width, cut):
+    low, high = cut.ends_hz
+    found = [m for m in found
+             if m.damping_ratio > LEAST_DAMPING and low < m.frequency_hz < high
+             and m.damping_ratio * m.frequency_hz > RESOLVED * cut.resolution_hz]
+    found = sorted(found, key=lambda m: m.frequency_std_hz / m.frequency_hz)[:MOST_MODES]
+    found.sort(key=lambda m: m.frequency_hz)
+    if not found:
+        nothing = np.zeros(0)
+        return Modes(nothing, nothing, nothing, nothing, *(np.zeros((width, 0)),) * 2)
+    frequencies, stds, dampings, damping_stds = np.array(
+        [(m.frequency_hz, m.frequency_std_hz, m.damping_ratio, m.damping_ratio_std)
+         for m in found]).T
+    shapes = np.array([m.shape for m in found]).T
+    return Modes(frequencies, stds, dampings, damping_stds, shapes,
+                 _duals(frequencies, dampings, shapes, cut))
+
+
+def reach_hz(frequency_hz, damping_ratio, cut):
+    """Return the distance from a mode up to which its change counts [Hz]."""
+    return max(REACH * damping_ratio * frequency_hz, NEAR_BINS * cut.resolution_hz)
+
+
+def _duals(frequencies, dampings, shapes, cut):
+    duals = np.zeros_like(shapes)
+    for i, f in enumerate(frequencies):
+        away = np.abs(frequencies - f)
+        order = np.argsort(away)
+        near = [k for k in order if away[k] < reach_hz(f, dampings[i], cut)][:len(shapes)]
+        # shapes that hardly differ cannot be told apart: drop the farther ones
+        while len(near) > 1 and np.linalg.cond(shapes[:, near]) > 5.0:
+            near.pop()
+        duals[:, i] = np.linalg.pinv(shapes[:, near])[near.index(i)].conj()
+    return duals

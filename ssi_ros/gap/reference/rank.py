@@ -1,0 +1,164 @@
+"""Try fitted forms on groups that the fit did not see, eq. (166) and (167)."""
+from dataclasses import dataclass
+
+import numpy as np
+
+from ssi_ros.gap.reference.distance import measure
+from ssi_ros.gap.reference.extra import NONLINEAR
+from ssi_ros.gap.reference.fit import fit, Fitted, log_likelihood, predict
+
+REFIT_STEPS = 3
+BLOCK = 8               # bands that the bootstrap keeps together
+DRAWS = 400
+SURE = 30.0             # log odds of a sign that cannot be chance
+MODAL = 0.1             # share of the gap that a modal form may leave
+LINEARISED = 0.5        # and the equivalent linear form of a joint that its signs tell
+UNKNOWN = 12.0          # log odds that the unknown pays: it fits anything
+
+
+@dataclass(frozen=True, eq=False)
+class Ranked:
+    """
+    Fitted forms and their trial on held-out groups.
+
+    Attributes
+    ----------
+    fitted : Fitted
+        Of all groups.
+    held_out : float
+        Log likelihood of the groups that each of two fits did not see.
+    bands : ndarray, shape (b,)
+        Held-out D less its floor.
+    value, floor, floor_std : float
+        Held-out gap, mean of the two folds.
+    bonus : float
+        Log odds of a sign.
+
+    """
+
+    fitted: Fitted
+    held_out: float
+    bands: np.ndarray
+    value: float
+    floor: float
+    floor_std: float
+    bonus: float = 0.0
+
+    @property
+    def names(self):
+        """Names of the effects."""
+        return tuple(f.effect for f in self.fitted.forms)
+
+    @property
+    def worth(self):
+        """Log odds by which candidates are ordered."""
+        return self.held_out + self.bonus
+
+    @property
+    def tolerance(self):
+        """
+        Share of the gap that a right candidate may leave: the error of its modal form.
+
+        An equivalent linear form of a joint is Gaussian and the joint is not; its signs name it.
+        """
+        by_signs = self.bonus > 0.0 and set(self.names) & set(NONLINEAR)
+        return LINEARISED if by_signs else MODAL
+
+    @property
+    def deviations(self):
+        """How many standard deviations the held-out gap is above its floor."""
+        return (self.value - self.floor) / self.floor_std
+
+
+def try_held_out(nominal, one, two, fitted, scatter, bonus=0.0):
+    """
+    Fit every second group anew, and measure on the others; then the other way round.
+
+    Parameters
+    ----------
+    nominal : Nominal
+        The reference.
+    one, two : Spectra
+        Reference and record.
+    fitted : Fitted
+        Of all groups.
+    scatter : float
+        Standard deviation of the floor in the data over that of theory, at least 1.
+    bonus : float
+        Log odds of a sign.
+
+    Returns
+    -------
+    Ranked
+
+    """
+    total, bands, values = 0.0, [], []
+    for train, test in ((0, 1), (1, 0)):
+        first, second = one.only(np.arange(train, len(one), 2)), two.only(
+            np.arange(train, len(two), 2))
+        half = fit(nominal.with_spectrum(first.mean), second.mean, first.freedom, second.freedom,
+                   fitted.forms, fitted.x, REFIT_STEPS)
+        first, second = one.only(np.arange(test, len(one), 2)), two.only(
+            np.arange(test, len(two), 2))
+        predicted = predict(nominal.with_spectrum(first.mean), fitted.forms, half.x)
+        if not np.all(np.linalg.eigvalsh(predicted)[:, 0] > 0):
+            predicted = fitted.predicted
+        total += log_likelihood(predicted, second.mean, first.freedom, second.freedom,
+                                nominal.trust)
+        gap = measure(first, second, predicted, nominal.trust)
+        bands.append(gap.bands)
+        values.append((gap.value, gap.floor, gap.floor_std))
+    value, floor, std = np.mean(values, axis=0)
+    return Ranked(fitted, total, np.mean(bands, axis=0), float(value), float(floor),
+                  float(std / np.sqrt(2) * scatter), bonus)
+
+
+def closed(before, after):
+    """
+    Return the share of the gap that is gone, with a 90 % interval of a block bootstrap.
+
+    NaN where the gap before is within three standard deviations of its floor, eq. (167).
+    """
+    if before.deviations < 3.0:
+        return float('nan'), float('nan'), float('nan')
+    count = max(len(before.bands) // BLOCK, 1)
+    a, b = (np.array([p.sum() for p in np.array_split(v, count)])
+            for v in (before.bands, after.bands))
+    draws = np.random.default_rng(0).integers(0, count, (DRAWS, count))
+    totals = a[draws].sum(axis=1)
+    ratios = 1 - b[draws].sum(axis=1) / np.where(np.abs(totals) > 1e-12, totals, 1e-12)
+    low, high = np.quantile(ratios, [0.05, 0.95])
+    return float(1 - b.sum() / a.sum()), float(low), float(high)
+
+
+def posterior(ranked, nominal, p_value):
+    """
+    Return probabilities of the candidates, of "none" and of "unknown", which sum to 1.
+
+    "unknown" has the likelihood that the best candidate would have if it left only the floor,
+    less what a freedom to fit anything costs; the scores are tempered by the scatter of the data.
+
+    Parameters
+    ----------
+    ranked : sequence of Ranked
+        Candidates, best first.
+    nominal : Ranked
+        Level and noise alone.
+    p_value : float
+        Of the test for a gap.
+
+    Returns
+    -------
+    shares : ndarray, shape (n,)
+    none, unknown : float
+
+    """
+    best = ranked[0]
+    left = max(best.deviations, 0.0) ** 2 / 2
+    share = (best.value - best.floor) / max(nominal.value - nominal.floor, 1e-12)
+    left *= float(np.clip((share - best.tolerance) / 0.3, 0.0, 1.0)) if nominal.deviations > 3 else 1.0
+    none = nominal.worth - best.worth + np.log(max(p_value, 1e-300)) * (nominal.deviations < 3)
+    logs = np.array([r.worth - best.worth for r in ranked] + [none, left - UNKNOWN])
+    weights = np.exp(np.clip(logs - logs.max(), -700, 0))
+    weights /= weights.sum()
+    return weights[:-2], float(weights[-2]), float(weights[-1])

@@ -1,0 +1,149 @@
+"""Score all forms at once, with the scatter that the recordings themselves have, eq. (158)."""
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import norm, t as student
+
+from ssi_ros.gap.reference.distance import mixed_halves
+from ssi_ros.gap.reference.fit import predict, whitened, whitener
+
+SPLITS = 1000
+
+
+@dataclass(frozen=True, eq=False)
+class Screen:
+    """
+    Scores of every coordinate of every form around the fitted level.
+
+    Attributes
+    ----------
+    forms : tuple of Form
+        What was scored.
+    owner : ndarray of int, shape (p,)
+        Form of each coordinate.
+    z : ndarray, shape (p,)
+        Scores, standardised by the larger of theoretical and observed scatter.
+    gains : ndarray, shape (f,)
+        Likelihood that one step would gain, less the number of coordinates.
+    p_value : float
+        Chance of so large a score without a cause.
+    tracks : ndarray, shape (p, g)
+        Score of each coordinate in every group of the record, in standard deviations of a group.
+
+    """
+
+    forms: tuple
+    owner: np.ndarray
+    z: np.ndarray
+    gains: np.ndarray
+    p_value: float
+    tracks: np.ndarray
+
+
+def screen(nominal, base, one, two, forms, seed=0):
+    """
+    Score forms.
+
+    Parameters
+    ----------
+    nominal : Nominal
+        The reference.
+    base : Fitted
+        Level and noise alone.
+    one, two : Spectra
+        Reference and record.
+    forms : tuple of Form
+        What to score.
+    seed : int
+        Of the mixed halves.
+
+    Returns
+    -------
+    Screen
+
+    """
+    n_one, n_two = one.freedom, two.freedom
+    pooled = (n_one * base.predicted + n_two * two.mean) / (n_one + n_two)
+    lower = whitener(pooled, nominal.trust)
+    level, noise = np.exp(base.x[0]), base.x[1] * np.diag(nominal.floor)
+    # around the reference itself its own scatter would be in the templates
+    nominal = nominal.with_spectrum((pooled - noise) / level)
+    predicted = predict(nominal, (), base.x)
+    rows = [_row(nominal, (), base.x, predicted, j, s, lower) for j, s in ((0, .01), (1, .05))]
+    nuisance = np.linalg.qr(np.array(rows).T)[0].T
+    templates, owner = [], []
+    for k, form in enumerate(forms):
+        for j, number in enumerate(form.numbers):
+            x = np.append(base.x, np.zeros(len(form.numbers)))
+            row = _row(nominal, (form,), x, predicted, 2 + j, number.start, lower)
+            templates.append(row - nuisance.T @ (nuisance @ row))
+            owner.append(k)
+    templates, owner = np.array(templates), np.array(owner)
+    sizes = np.linalg.norm(templates, axis=1)
+    usable = sizes > 1e-9 * sizes.max()
+    templates[usable] /= sizes[usable, None]
+    parts = [templates @ whitened(level * g + noise, lower) for g in one.groups]
+    parts += [templates @ whitened(g, lower) for g in two.groups]
+    scores = np.array(parts).T                      # (p, groups of both)
+    weights = np.concatenate([one.weights, two.weights])
+    split = len(one)
+    difference = _mean(scores[:, split:], weights[split:]) - _mean(scores[:, :split],
+                                                                  weights[:split])
+    theory = np.sqrt(1 / n_one + 1 / n_two)
+    seen = np.sqrt(_variance(scores[:, :split], weights[:split])
+                   + _variance(scores[:, split:], weights[split:]))
+    spread = np.maximum(seen, theory)
+    # the scatter of a template of few bands is known from few groups only: Student's tail
+    power = np.square(templates).reshape(len(templates), one.cut.bands, -1).sum(axis=2)
+    freedom = (len(weights) - 2) / np.maximum(np.square(power).sum(axis=1), 1e-12)
+
+    def standard(difference):
+        raw = np.abs(difference / spread)
+        return np.where(usable, np.minimum(norm.isf(student.sf(raw, freedom)), raw), 0.0)
+    z = np.sign(difference) * standard(difference)
+    # the largest score between mixed halves, where nothing parts the sides
+    rng = np.random.default_rng(seed)
+    largest = np.empty(SPLITS)
+    for i in range(SPLITS):
+        sides = mixed_halves(split, len(two), rng) * weights
+        sides /= sides.sum(axis=1, keepdims=True)
+        largest[i] = standard(scores @ (sides[1] - sides[0])).max()
+    gains = np.array([_gain(templates[owner == k], difference[owner == k] / theory)
+                      for k in range(len(forms))])
+    own = scores[:, split:] - _mean(scores[:, split:], weights[split:])[:, None]
+    tracks = own * np.sqrt(weights[split:]) / np.sqrt(1 / one.cut.freedom(1.0))
+    return Screen(tuple(forms), owner, z, gains, _tail(np.abs(z).max(), largest), tracks)
+
+
+def _row(nominal, forms, x, predicted, j, step, lower):
+    moved = np.array(x, float)
+    moved[j] += step
+    return whitened(predict(nominal, forms, moved) - predicted, lower)
+
+
+def _mean(scores, weights):
+    return scores @ weights / weights.sum()
+
+
+def _variance(scores, weights):
+    """Return the squared spread of a weighted mean, from the scatter of the groups."""
+    shares = weights / weights.sum()
+    away = scores - (scores @ shares)[:, None]
+    return (away ** 2 * shares).sum(axis=1) / (len(weights) - 1)
+
+
+def _gain(rows, z):
+    """Return half of the squared length of the scores in the space of some templates."""
+    values, vectors = np.linalg.eigh(rows @ rows.T)
+    kept = values > 1e-3 * values.max()
+    along = (vectors[:, kept].T @ z) / np.sqrt(values[kept])
+    return float(np.sum(along ** 2) / 2 - kept.sum())
+
+
+def _tail(found, largest):
+    """Return the chance of a score; beyond what the halves can tell, by the number of tests."""
+    share = np.mean(largest >= found)
+    if share > 20 / SPLITS:
+        return float(share)
+    tests = np.log(0.5) / np.log1p(-2 * norm.sf(np.median(largest)))
+    return float(-np.expm1(tests * np.log1p(-2 * norm.sf(found))))

@@ -1,0 +1,227 @@
+"""
+Signs that no mean spectrum shows, each compared with the reference, eq. (159) to (162).
+
+What the reference shows too is no difference and is not told.
+"""
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import maximum_filter1d, median_filter
+from scipy.stats import binomtest, f as fisher, gamma, t as student
+
+RAIL_HITS = 5           # times that a channel must show exactly its extreme
+WINDOWS = 60            # in which the level is followed
+PREDICTED = 24          # past samples of which one is predicted
+MOST_ROWS = 200_000     # that the prediction is fitted to
+PULSE = 5.0             # standard deviations beyond which a residual is a pulse
+ROUGH = 8.0             # largest over median power around, beyond which it is no smooth level
+AROUND = 10             # bins around a line in which the reference is looked at
+NEVER = 1e-300
+
+
+@dataclass(frozen=True)
+class Sign:
+    """A sign of one effect: where, with which numbers {name: (value, unit)}, and its p-value."""
+
+    effect: str
+    place: dict
+    numbers: dict
+    p_value: float
+    text: str
+
+
+def losses(missing):
+    """Compare the shares of missing rows, (159); `missing` as in Pair."""
+    one, two = (int(np.count_nonzero(m)) for m in missing)
+    share = two / len(missing[1])
+    usual = one / len(missing[0])
+    if share <= 1.5 * usual or binomtest(two, len(missing[1]), max(usual, 1e-4),
+                                         'greater').pvalue > 1e-4:
+        return None
+    return Sign('dropped_samples', {}, {'fraction': (share, '1')}, NEVER,
+                f'{100 * share:.2g} % of the rows are missing, {100 * usual:.2g} % in the '
+                'reference')
+
+
+def step_of(column):
+    """Return the step of which all values are multiples, 0 where there is none."""
+    values = np.unique(column[np.isfinite(column)])
+    inner = values[1:-1]                           # the rails need not be multiples
+    if len(inner) < 3 or len(values) > 0.5 * len(column):
+        return 0.0
+    gaps = np.diff(inner)
+    step = gaps[gaps > 1e-6 * gaps.max()].min()
+    step = np.median(gaps[gaps < 1.5 * step])
+    step = (inner[-1] - inner[0]) / np.rint((inner[-1] - inner[0]) / step)
+    phase = (inner - inner[0]) / step
+    return float(step) if np.abs(phase - np.rint(phase)).max() < 0.01 else 0.0
+
+
+def steps(one, two):
+    """Compare the steps of the channels of two raw recordings, shape (n, l)."""
+    coarse = []
+    for a, b in zip(one.T, two.T):
+        before, after = step_of(a), step_of(b)
+        # a record can hardly be told from its steps where they are far below its rms
+        if after > 1.5 * before and after > 1e-4 * np.nanstd(b):
+            coarse.append(after)
+    if not coarse or len(coarse) < one.shape[1] / 2:
+        return None
+    step = float(np.median(coarse))
+    return Sign('quantisation', {}, {'step_m_s2': (step, 'm/s^2')}, NEVER,
+                f'all values are multiples of {step:.4g} m/s^2, in the reference they are not')
+
+
+def rail_of(column):
+    """Return the level at which a channel is cut off, 0 where it is not."""
+    size = np.abs(column[np.isfinite(column)])
+    top = size.max()
+    hits = np.count_nonzero(size >= top * (1 - 1e-9))
+    near = np.count_nonzero(size > 0.99 * top) - hits
+    return float(top) if hits >= RAIL_HITS and hits > 2 * near + 3 else 0.0
+
+
+def rails(one, two, channels):
+    """Compare the rails of the channels of two raw recordings."""
+    limits = {c: rail_of(b) for c, a, b in zip(channels, one.T, two.T) if not rail_of(a)}
+    limits = {c: v for c, v in limits.items() if v}
+    if not limits:
+        return None
+    limit = min(limits.values())
+    return Sign('saturation', {}, {'limit_m_s2': (limit, 'm/s^2')}, NEVER,
+                f'{", ".join(limits)} repeat their extreme of {limit:.4g} m/s^2 exactly')
+
+
+def residual(values):
+    """Return what the past does not predict of a recording, scaled to 1, shape (n, l)."""
+    values = values / values.std(axis=0)
+    rows = values[:MOST_ROWS]
+    order = int(min(PREDICTED, len(rows) // (8 * rows.shape[1])))
+    past = np.concatenate([rows[order - k:-k] for k in range(1, order + 1)], axis=1)
+    ahead = rows[order:]
+    weights = np.linalg.lstsq(past.T @ past + 1e-9 * np.eye(past.shape[1]) * len(past),
+                              past.T @ ahead, rcond=None)[0]
+    left = values[order:].copy()
+    for k in range(1, order + 1):
+        left -= values[order - k:-k] @ weights[(k - 1) * rows.shape[1]:k * rows.shape[1]]
+    lower = np.linalg.inv(np.linalg.cholesky(left.T @ left / len(left)))
+    return left @ lower.T
+
+
+def _swing(left, rate_hz):
+    size = len(left) // WINDOWS
+    power = np.log((left[:size * WINDOWS].reshape(WINDOWS, -1) ** 2).mean(axis=1))
+    return power, size / rate_hz
+
+
+def level_swings(left_one, left_two, rate_hz):
+    """Compare how the level wanders, by the variances over windows, (160)."""
+    if min(len(left_one), len(left_two)) < 20 * WINDOWS:
+        return None
+    (before, _), (after, size_s) = _swing(left_one, rate_hz), _swing(left_two, rate_hz)
+    ratio = after.var() / before.var()
+    # neighbouring windows repeat each other, so fewer degrees than windows
+    p = float(fisher.sf(ratio, WINDOWS // 2, WINDOWS // 2))
+    swing = np.fft.rfft(after - after.mean())
+    best = 1 + int(np.argmax(np.abs(swing[1:])))
+    depth = float(min(np.sqrt(max(after.var() - before.var(), 0.0) / 2), 0.99))
+    if p > 1e-3 or depth < 0.02:
+        return None
+    return Sign('nonstationary_excitation', {}, {
+        'depth': (depth, '1'), 'period_s': (WINDOWS * size_s / best, 's')}, p,
+        f'the level wanders by {100 * depth:.2g} %, {ratio:.3g} times the variance of the '
+        'reference')
+
+
+def pulses(left_one, left_two, rate_hz):
+    """Compare the fourth moments of what the past does not predict, (161)."""
+    before, after = _peaked(left_one), _peaked(left_two)
+    z = (after[0] - before[0]) / np.hypot(after[1], before[1])
+    p = float(student.sf(z, 20))
+    sizes = np.sqrt((left_two ** 2).mean(axis=1))
+    count = int(np.count_nonzero(sizes > _threshold(left_one)))
+    if p > 1e-3 or count < 3:
+        return None
+    return Sign('impulsive_events', {}, {
+        'rate_per_min': (60 * rate_hz * count / len(sizes), '1/min')}, p,
+        f'{count} samples are unpredictable beyond all of the reference')
+
+
+def _threshold(left):
+    """Return a size of residuals that a recording without pulses hardly reaches."""
+    sizes = np.sqrt((left ** 2).mean(axis=1))
+    return max(sizes.max(), sizes.mean() + PULSE * sizes.std())
+
+
+def _peaked(left):
+    """Return the fourth moment over that of a Gaussian, and its spread from 20 blocks."""
+    power = (left ** 2).mean(axis=1)
+    blocks = np.array([np.mean(b ** 2) / np.mean(b) ** 2 for b in np.array_split(power, 20)])
+    return blocks.mean(), blocks.std(ddof=1) / np.sqrt(20)
+
+
+def line(one, two, cut, usual, level):
+    """
+    Search a line in the record that the reference does not have, (162).
+
+    Parameters
+    ----------
+    one, two : ndarray, shape (n, l)
+        Recordings.
+    cut : Cut
+        Bands.
+    usual : ndarray, shape (b, l, l)
+        Mean spectrum of the reference.
+    level : float
+        Power of the record over that of the reference.
+
+    Returns
+    -------
+    Sign or None
+
+    """
+    seen, before = _fine(two, cut), _fine(one, cut)
+    f_two, f_one = (np.fft.rfftfreq(len(v), 1 / cut.rate_hz) for v in (two, one))
+    usable = (f_two > cut.ends_hz[0]) & (f_two < cut.ends_hz[1])
+    bands = np.clip(np.searchsorted(cut.middles_hz + cut.width_hz / 2, f_two[usable]), 0, cut.bands - 1)
+    scale = level * np.einsum('bii->bi', usual).real
+    excess = (np.abs(seen[usable]) ** 2 / scale[bands]).mean(axis=1)
+    fine = level * (np.abs(before) ** 2)
+    reach = max(AROUND, int(np.ceil(AROUND * len(one) / len(two))))
+    top = maximum_filter1d(fine, 2 * reach + 1, axis=0)
+    at = np.clip(np.rint(f_two[usable] * len(one) / cut.rate_hz).astype(int), 0, len(f_one) - 1)
+    excess = np.minimum(excess, (np.abs(seen[usable]) ** 2 / top[at]).mean(axis=1))
+    width = two.shape[1]
+    chance = gamma.sf(excess * width, width)
+    # at a peak, or between the lines of a periodic excitation, the level itself is a guess
+    middle = median_filter(fine, (2 * reach + 1, 1))
+    rough = (top[at] > ROUGH * middle[at]).any(axis=1)
+    chance[rough] = (1 + excess[rough] / 3) ** -3.0
+    chance *= len(excess)
+    best = int(np.argmin(chance))
+    if not chance[best] < 1e-3:
+        return None
+    frequency = float(f_two[usable][best])
+    # of a sine of amplitude A under this taper the density is A^2 T / 3
+    vector = seen[usable][best] * np.sqrt(3 * cut.rate_hz / len(two))
+    return Sign('harmonic_disturbance', {'shape': tuple(vector)}, {
+        'frequency_hz': (frequency, 'Hz'),
+        'acceleration_m_s2': (float(np.linalg.norm(vector)), 'm/s^2')},
+        float(max(chance[best], NEVER)), f'a line at {frequency:.5g} Hz')
+
+
+def _fine(values, cut):
+    taper = np.hanning(len(values) + 2)[1:-1]
+    taper /= np.sqrt(np.sum(taper ** 2) * cut.rate_hz / 2)
+    return np.fft.rfft(values * taper[:, None], axis=0)
+
+
+def trend(track, times_s):
+    """Return slope over the record and p-value of a track of group scores, (163)."""
+    if len(track) < 6:
+        return 0.0, 1.0
+    u = 2 * (times_s - times_s.mean()) / (times_s[-1] - times_s[0])
+    slope = np.sum(u * track) / np.sum(u ** 2)
+    left = track - track.mean() - slope * u
+    spread = np.sqrt(max(np.sum(left ** 2) / (len(u) - 2), 1.0) / np.sum(u ** 2))
+    return float(slope), float(2 * student.sf(abs(slope) / spread, len(u) - 2))
