@@ -10,6 +10,7 @@ from ssi_ros.gap.rank import closed, posterior
 LEFT_OVER = 3e-3        # p-value of what is left, below which a candidate does not explain
 INSIDE = 3.0            # standard deviations of the held-out gap that count as its floor
 SURE = 0.8              # probability of one effect above which no tie is spoken of
+DOUBTFUL = 0.5          # probability of no effect, above which there is no gap
 TIED = 0.1              # probability of an effect that belongs to a tie
 NOWHERE = (float('nan'),) * 3
 
@@ -82,7 +83,12 @@ def conclude(ranked, before, left, gap, where, scores, signs, settings, effects,
     alike = dict.fromkeys(top.alike + tuple(n for e in tied for n in e.effects))
     verdict = {'effects': top.effects, 'class': tuple(alike),
                'probability': float(sum(e.probability for e in tied))}
-    if not inside:
+    if none > DOUBTFUL:
+        outcome = 'WITHIN_FLOOR'
+        reason = (f'p = {gap["p_value"]:.2g}, but no effect explains the record better than chance '
+                  f'does; the nearest is {" + ".join(top.effects)}')
+        verdict = {'effects': (), 'class': (), 'probability': none}
+    elif not inside:
         share = f'{100 * top.closed:.0f} %' if np.isfinite(top.closed) else 'an unknown share'
         outcome, reason = 'UNEXPLAINED', (
             f'nearest is {" + ".join(top.effects)}, which explains {share} of the gap; '

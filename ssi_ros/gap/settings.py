@@ -16,8 +16,8 @@ class DiagnosisSettings:
     high_share: float = quantity(0.98, low=0.05, high=1.0,
                                  doc='highest frequency used, as a share of half of the rate')
     band_bins: int = quantity(8, low=1, high=1000, doc='frequency bins of a band of the meter')
-    false_alarm: float = quantity(0.045, low=1e-6, high=0.5,
-                                  doc='chance to call a gap where there is none')
+    false_alarm: float = quantity(0.08, low=1e-6, high=0.5,
+                                  doc='p-value below which a cause is looked for')
     gain_std: float = quantity(1.2e-4, low=0.0, high=1.0,
                                doc='how exactly gains are known, standard deviation')
     stiffness_std: float = quantity(6e-5, low=0.0, high=1.0,

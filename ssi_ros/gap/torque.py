@@ -252,7 +252,7 @@ def swing(torque):
     gains[:low], gains[frequencies > FASTEST_HZ] = 0.0, 0.0
     best = int(np.argmax(gains))
     depth = float(min(_sine_fit(coarse, at, frequencies[best])[1], 1.0))
-    p = _chance(gains[best], 2 * FASTEST_HZ * count / torque.rate_hz)
+    p = _chance(gains[best], 4 * FASTEST_HZ * count / torque.rate_hz)
     if p > SURE:
         return None
     size = np.sqrt(2 * gains[best])
