@@ -186,30 +186,43 @@ def pulses(torque, swings=None):
     spectrum = np.zeros(torque.rows // 2 + 1)
     spectrum[torque.first:torque.first + len(torque.gain)] = torque.gain ** 2
     ring = np.fft.irfft(spectrum, torque.rows)
-    heights = _peaks(unit / np.sqrt(np.mean(np.minimum(unit ** 2, 9.0)) / 0.97), ring / ring[0])
+    # the pulses themselves have raised the levels that the unit was taken from
+    quiet = float(np.sqrt(np.mean(np.minimum(unit ** 2, 9.0)) / 0.97))
+    heights = _peaks(unit / quiet, ring / ring[0])
     turns = 2 * np.pi * np.arange(len(spectrum)) / torque.rows
     speed = np.sqrt(np.sum(turns ** 2 * spectrum) / np.sum(spectrum))
     usual = len(unit) * speed / np.pi               # times exp(-a^2 / 2): peaks above a
-    best = (0.0, 0.0, 0.0)
-    for height in np.linspace(0.5 * LEAST_PEAK, 1.1 * max(heights, default=LEAST_PEAK), 40):
-        seen = norm.sf(LEAST_PEAK - height)
+    sizes = np.linspace(0.5 * LEAST_PEAK, 1.1 * max(heights, default=LEAST_PEAK), 60)
+    counts = np.geomspace(0.5, 1e4, 80)
+    values = np.empty((len(sizes), len(counts)))
+    for row, height in zip(values, sizes):
         density = norm.pdf(heights - height) / (
             usual * heights * np.exp(-np.minimum(heights ** 2 / 2, 600.0)))
-        for count in np.geomspace(0.5, 1e4, 40):
-            value = np.sum(np.log1p(count * density)) - count * seen
-            best = max(best, (value, height, count))
-    gain, height, count = best
-    p = float(min(1.0, 4 * np.exp(-gain)))
+        row[:] = (np.log1p(counts[:, None] * density).sum(axis=1)
+                  - counts * norm.sf(LEAST_PEAK - height))
+    p = float(min(1.0, 4 * np.exp(-values.max())))
     if p > SURE:
         return None
+    # few pulses of one height and more of a smaller one look alike: means over all that fit
+    weights = np.exp(values - values.max())
+    height, height_std = _moments(sizes, weights.sum(axis=1))
+    count, count_std = _moments(counts, weights.sum(axis=0))
     through = np.sqrt(2 * np.sum(torque.gain ** 2)) * torque.taper.max()
-    impulse = height / through / torque.rate_hz
-    per_min = 60 * count / (len(unit) / torque.rate_hz)
+    impulse = quiet / through / torque.rate_hz
+    per_min = 60 / (len(unit) / torque.rate_hz)
     return Symptom(effect_class('impulsive_events')(
-        rate_per_min=float(np.clip(per_min, 0.01, 6e4)), impulse_n_m_s=float(impulse)), p,
-        f'about {count:.0f} pulses of {impulse:.3g} N m s',
-        {'rate_per_min': per_min / np.sqrt(count),
-         'impulse_n_m_s': impulse / height / np.sqrt(count)})
+        rate_per_min=float(np.clip(per_min * count, 0.01, 6e4)),
+        impulse_n_m_s=float(impulse * height)), p,
+        f'about {count:.0f} pulses of {impulse * height:.3g} N m s',
+        {'rate_per_min': per_min * max(count_std, np.sqrt(count)),
+         'impulse_n_m_s': impulse * max(height_std, 1 / np.sqrt(count))})
+
+
+def _moments(values, weights):
+    """Return mean and standard deviation of a distribution on an uneven grid."""
+    weights = weights * np.gradient(values)
+    mean = np.sum(weights * values) / np.sum(weights)
+    return float(mean), float(np.sqrt(np.sum(weights * (values - mean) ** 2) / np.sum(weights)))
 
 
 def _peaks(unit, ring):
