@@ -17,7 +17,8 @@ from threadpoolctl import ThreadpoolController
 BLAS = ThreadpoolController()
 EXTRA = 8               # columns beyond the order: the leading ones converge the faster
 LACK = 3e-3             # sine of the angle that may remain, where noise does not reach
-STEPS = 2               # power steps before that
+FAR = 0.3               # a start that lacked so much is none
+STEPS = 2               # power steps before the whole decomposition
 
 
 class SlidingSsiCov:
@@ -137,6 +138,8 @@ class SlidingSsiCov:
             lacked = np.sqrt(((lead - old @ (old.T @ lead)) ** 2).sum(axis=0))
             if (lacked * (s[-1] / s[:lead.shape[1]]) ** 2).max() < LACK:
                 return u, s, v
+            if lacked.max() > FAR:
+                return None
             old = v
         return None
 
