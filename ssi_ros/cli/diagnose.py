@@ -16,6 +16,11 @@ def add_arguments(parser):
     parser.add_argument('bag', type=Path, metavar='BAG', help='folder of the bag')
     parser.add_argument('--model', metavar='FILE',
                         help='spacecraft YAML of the simulator (default: the packaged one)')
+    parser.add_argument('--reference', type=Path, metavar='BAG0',
+                        help='take another bag of the same structure for nominal, not a model')
+    parser.add_argument('--channel', action='append', metavar='TOPIC[:FIELD]',
+                        help='with --reference: a numeric field of both bags, repeatable '
+                        '(default: accel.linear.z of every AccelStamped topic)')
     parser.add_argument('--settings', metavar='FILE', help='YAML as config/diagnosis.yaml')
     parser.add_argument('--effects', metavar='A,B', help='consider only these effects')
     parser.add_argument('--no-pairs', action='store_true',
@@ -38,6 +43,10 @@ def run(args):
     from ssi_ros.gap.diagnose import diagnose
     from ssi_ros.gap.settings import load_settings
 
+    if args.reference is not None:
+        return run_against_reference(args)
+    if args.channel:
+        raise ValueError('--channel belongs to --reference; a model names its own channels')
     spacecraft, present = load_configuration(args.model)
     names = [n.strip() for n in args.effects.split(',')] if args.effects else None
     samples = read_samples(args.bag, spacecraft.rate_hz)
@@ -60,6 +69,32 @@ def run(args):
     return 0 if found.outcome in ('WITHIN_FLOOR', 'EXPLAINED', 'TIED') else 1
 
 
+def run_against_reference(args):
+    """Diagnose one bag against another of the same structure, whatever its channels are."""
+    import json
+
+    from ssi_ros.bag import parse_channel
+    from ssi_ros.cli._options import Progress
+    from ssi_ros.gap.reference import diagnose_reference
+    from ssi_ros.gap.settings import load_settings
+
+    for value, word in ((args.model, '--model'), (args.apply, '--apply')):
+        if value is not None:
+            raise ValueError(f'{word} needs a simulator, which a reference recording is not; '
+                             f'leave out {word} or --reference')
+    names = [n.strip() for n in args.effects.split(',')] if args.effects else None
+    channels = [parse_channel(c) for c in args.channel] if args.channel else None
+    reference, record = (read_samples(b, 0.0, channels) for b in (args.reference, args.bag))
+    with Progress('diagnosing') as progress:
+        found = diagnose_reference(reference, record, load_settings(args.settings),
+                                   effects=names, pairs=not args.no_pairs, progress=progress)
+    print(text(found))
+    if args.json:
+        args.json.write_text(json.dumps(found.to_json(), indent=1) + '\n')
+    write_pages(found, args)
+    return 0 if found.outcome in ('WITHIN_FLOOR', 'EXPLAINED', 'TIED') else 1
+
+
 def write_pages(found, args, view=None):
     """Write the HTML page and the Markdown that were asked for; see `report.diagnosis_page`."""
     from ssi_ros.report.diagnosis_page import diagnosis_markdown, diagnosis_page
@@ -73,9 +108,11 @@ def write_pages(found, args, view=None):
             print(f'wrote {path}')
 
 
-def read_samples(path, rate_hz):
+def read_samples(path, rate_hz, channels=None):
     """
-    Read the accelerometers of a bag onto one even grid; a missing sample is NaN.
+    Read the accelerometers of a bag, or other channels, onto one even grid; missing is NaN.
+
+    A rate of 0 is estimated from the stamps.
 
     Raises
     ------
@@ -89,7 +126,7 @@ def read_samples(path, rate_hz):
     from ssi_ros.identify.grid import Grid
     from ssi_ros.records import Samples
 
-    recording = read_channels(path)
+    recording = read_channels(path, channels)
     names = [n.rsplit('/', 1)[-1] for n in recording.names]
     grid = Grid(names, rate_hz)
     for i, (stamps, values) in enumerate(zip(recording.stamps_ns, recording.values)):
@@ -100,7 +137,7 @@ def read_samples(path, rate_hz):
     if len({r.segment for r in rows}) > 1:
         raise ValueError(f'the clock of {path} jumps; cut the bag there and give one part')
     values = np.concatenate([r.values for r in rows])
-    return Samples(values, rate_hz, tuple(names), rows[0].origin_ns)
+    return Samples(values, rows[0].rate_hz, tuple(names), rows[0].origin_ns)
 
 
 def text(found):

@@ -5,10 +5,9 @@ from fractions import Fraction
 import numpy as np
 from scipy.signal import resample_poly
 
-from ssi_ros.records import Samples
-
+SAME_RATIO = 2e-4       # how near the ratio of two other rates must be to whole numbers
 SAME_RATE = 5e-3        # rates nearer than this are one clock's, as the stamps tell it
-LARGEST_TERM = 64       # of the ratio p / q of two rates
+LARGEST_TERM = 32       # of the ratio p / q of two rates
 WILD = 1e100            # no acceleration: its square would overflow
 PRESENT_MIN = 1 / 3     # share of its samples that a channel must have
 
@@ -105,7 +104,7 @@ def _same_rate(one, two, rate_one, rate_two):
     if abs(ratio - 1) < SAME_RATE:
         return one, two, rate_one, []
     simple = Fraction(ratio).limit_denominator(LARGEST_TERM)
-    if not simple or simple.numerator > LARGEST_TERM or abs(simple / ratio - 1) > SAME_RATE:
+    if not simple or simple.numerator > LARGEST_TERM or abs(simple / ratio - 1) > SAME_RATIO:
         raise ValueError(f'the record is sampled at {rate_two:g} Hz, the reference at '
                          f'{rate_one:g} Hz: no ratio of whole numbers up to {LARGEST_TERM}; '
                          'resample one of them')
@@ -135,8 +134,3 @@ def _bridged(values, gaps):
         for column in out.T:
             column[gaps] = np.interp(rows[gaps], rows[~gaps], column[~gaps])
     return out
-
-
-def as_samples(values, pair):
-    """Return rows of a pair as Samples."""
-    return Samples(values, pair.rate_hz, pair.channels)
