@@ -5,6 +5,7 @@ import numpy as np
 from scipy.stats import norm
 
 from ssi_ros.effects import effect_class, library
+from ssi_ros.gap.cache import load_templates, save_templates, templates_key
 from ssi_ros.gap.candidate import Candidate, starting_points
 from ssi_ros.gap.check import match
 from ssi_ros.gap.conclude import conclude, no_gap, too_little
@@ -163,4 +164,10 @@ def _cached_templates(spacecraft, rows, settings, names, present, quiet):
     frame = make_frame(rows, spacecraft.rate_hz, settings)
     simulator = Simulator(spacecraft, frame, rows / spacecraft.rate_hz, present)
     effects = starting_points([effect_class(n) for n in names], spacecraft)
-    return make_templates(simulator, effects, quiet.call)
+    key = templates_key(spacecraft, rows, settings.segment_s, settings.least_segments,
+                        settings.low_hz, settings.high_share, present, names=names)
+    found = load_templates(key, effects)
+    if found is None:
+        found = make_templates(simulator, effects, quiet.call)
+        save_templates(key, found, effects)
+    return found

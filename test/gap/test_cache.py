@@ -1,0 +1,60 @@
+"""Templates on disk: the same after reading, never those of another model, never half a file."""
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from ssi_ros.effects import parse_effect
+from ssi_ros.gap.cache import folder, load_templates, save_templates, templates_key
+from ssi_ros.gap.fit import Simulator
+from ssi_ros.gap.scores import make_templates
+from ssi_ros.gap.settings import DiagnosisSettings
+from ssi_ros.gap.spectra import make_frame
+from ssi_ros.model import load_spacecraft
+
+EFFECTS = [parse_effect('sensor_gain:channel=e1_a,scale=1.002'),
+           parse_effect('stiffness_drift:change=0.005')]
+
+
+@pytest.fixture
+def templates(tmp_path, monkeypatch):
+    monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path))
+    frame = make_frame(6000, 100.0, DiagnosisSettings())
+    return make_templates(Simulator(load_spacecraft(), frame, 60.0), EFFECTS)
+
+
+def test_round_trip(templates):
+    """What is read is what was written, effects and swings too."""
+    key = templates_key(load_spacecraft(), 6000, names=('sensor_gain',))
+    assert load_templates(key, EFFECTS) is None
+    save_templates(key, templates, EFFECTS)
+    again = load_templates(key, EFFECTS)
+    assert again.effects == templates.effects and again.level == templates.level
+    assert np.array_equal(again.changes, templates.changes)
+    assert np.array_equal(again.swings[1], templates.swings[1])
+
+
+def test_the_key_knows_the_model():
+    """Another stiffness or length has another key."""
+    craft = load_spacecraft()
+    other = replace(craft, noise_rms_m_s2=4e-4)
+    assert len({templates_key(craft, 6000), templates_key(other, 6000),
+                templates_key(craft, 6001)}) == 3
+
+
+def test_half_a_file_is_made_anew_and_old_ones_go(templates):
+    """A cut file reads as none; only the newest few stay."""
+    for i in range(7):
+        save_templates(f'templates-{i}.npz', templates, EFFECTS)
+    assert len(list(folder().glob('*'))) == 4
+    path = folder() / 'templates-6.npz'
+    path.write_bytes(path.read_bytes()[:1000])
+    assert load_templates('templates-6.npz', EFFECTS) is None
+
+
+def test_a_folder_that_cannot_be_written_is_left_alone(templates, tmp_path, monkeypatch):
+    """No cache, no error."""
+    (tmp_path / 'file').write_text('')
+    monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path / 'file'))
+    save_templates('templates-x.npz', templates, EFFECTS)
+    assert load_templates('templates-x.npz', EFFECTS) is None
