@@ -47,7 +47,7 @@ def test_drift_is_followed_and_no_name_swapped(rng):
 
 
 def test_memory_is_constant(rng):
-    """After the first window nothing grows: a quarter of an hour more costs less than a tenth of a megabyte."""
+    """After the first window nothing grows: a quarter of an hour costs less than 0.1 MB."""
     monitor = Monitor(tuple('abcd'), RATE_HZ, 0, Identification(window_s=60.0, hop_s=30.0))
 
     def pass_by(hops):
