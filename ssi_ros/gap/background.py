@@ -4,18 +4,22 @@ import os
 import signal
 import traceback
 
-NICENESS = 5
-
 
 class Background:
     """
     One piece of work at a time, in another process.
 
     `poll` says how far it is and returns the answer when it has come.
+
+    Parameters
+    ----------
+    niceness : int
+        By how much the process gives way to others.
+
     """
 
-    def __init__(self):
-        self.process = self.pipe = None
+    def __init__(self, niceness=0):
+        self.niceness, self.process, self.pipe = niceness, None, None
         self.share = 0.0
 
     @property
@@ -28,8 +32,8 @@ class Background:
         # a forked child would inherit the locks of a node's threads
         context = multiprocessing.get_context('spawn')
         self.pipe, theirs = context.Pipe(duplex=False)
-        self.process = context.Process(target=_work, args=(theirs, work, args, options),
-                                       daemon=True)
+        self.process = context.Process(target=_work, daemon=True,
+                                       args=(theirs, self.niceness, work, args, options))
         self.share = 0.0
         self.process.start()
         theirs.close()
@@ -67,10 +71,10 @@ def diagnose_to_json(*args, **options):
     return diagnose(*args, **options).to_json()
 
 
-def _work(pipe, work, args, options):
+def _work(pipe, niceness, work, args, options):
     """Work in the child; tell how far it is, then the answer."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)       # the parent decides when to end
-    os.nice(NICENESS)
+    os.nice(niceness)
     try:
         from threadpoolctl import threadpool_limits
         with threadpool_limits(limits=1):

@@ -57,7 +57,8 @@ class GapNode(StageNode):
         super().__init__('gap', **kwargs)
         self._publishers_made, self._services = [], []
         self._intake = self._worker = self._look = self._last = None
-        self._background, self._preparation, self._waiting = Background(), Background(), []
+        self._preparation, self._background = Background(), Background(niceness=5)
+        self._waiting = []
 
     def configure(self, source, task, settings):
         """Read the model, subscribe, advertise, and start the worker."""
