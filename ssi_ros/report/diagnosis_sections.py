@@ -51,7 +51,7 @@ def diagnosis_sections(found, view=None, *, places=None, bag='BAG', nominal='--m
         made += [_which(found, candidates, places), _how_sure(found, candidates),
                  _what_else(found, candidates)]
     if found['outcome'] != 'TOO_LITTLE_DATA':
-        made.append(_how_far(candidates, view, quiet))
+        made.append(_how_far(found, candidates, view, quiet))
     made.append(_next(found, bag, nominal))
     return tuple(made)
 
@@ -156,7 +156,7 @@ def _what_else(found, candidates):
     return Section('What else could it be?', tuple(lines))
 
 
-def _how_far(candidates, view, quiet):
+def _how_far(found, candidates, view, quiet):
     lines, tables, pictures = [], (), ()
     best = candidates[0] if candidates else None
     if quiet or best is None or best['effects'][0] in OPEN:
@@ -167,6 +167,12 @@ def _how_far(candidates, view, quiet):
             f'is gone ({percent(best["closed_low90"])} to {percent(best["closed_high90"])}, 90 % '
             'interval), measured on data that the fit did not see; what is left is '
             + ('inside' if best['inside_floor'] else 'still above') + ' the floor.')
+        controls = [(('no effect at all' if c['effects'] == ['none'] else
+                      f'one drawn at random ({candidate_name(c)})'), percent(c['closed']))
+                    for c in found.get('controls', ()) if c['closed'] is not None]
+        if controls:
+            lines.append('For comparison, tried in the same way: ' + '; '.join(
+                f'{name} closes {share}' for name, share in controls) + '.')
     if view is not None:
         after = view.after.expected if view.after is not None else None
         pictures = (spectra(view.channels, view.frame, view.record, view.before.expected, after,

@@ -41,7 +41,9 @@ def a_diagnosis(built=()):
     return Diagnosis('EXPLAINED', 'array_asymmetry leaves 0.9 sd of the gap',
                      {'before': 0.25, 'floor': 0.11, 'floor_std': 0.002, 'p_value': 0.0}, where,
                      (best, rival, unknown), {'effects': ('array_asymmetry',), 'class': (
-                         'array_asymmetry',), 'probability': 0.98}, (), ('a <sign>',))
+                         'array_asymmetry',), 'probability': 0.98}, (), ('a <sign>',),
+                     ({'effects': ('none',), 'closed': 0.0},
+                      {'effects': ('fuel_slosh',), 'closed': -0.01}))
 
 
 def pictures(page):
@@ -87,6 +89,7 @@ def test_questions_in_order(record):
     text = diagnosis_markdown(diagnosis, view)
     assert re.findall(r'^## (.*)$', text, re.M) == list(QUESTIONS)
     assert '97 % of the gap is gone (93 % to 101 %' in text
+    assert 'no effect at all closes 0 %; one drawn at random (fuel_slosh) closes -1 %' in text
     assert 'array E1; scale 1.02' in text and '--apply corrected.yaml' in text
 
 
