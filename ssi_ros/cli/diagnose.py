@@ -13,7 +13,14 @@ EXAMPLE = 'ssi_ros diagnose quiet --json diagnosis.json'
 
 def add_arguments(parser):
     """Declare the options."""
-    parser.add_argument('bag', type=Path, metavar='BAG', help='folder of the bag')
+    parser.add_argument('bag', type=Path, metavar='BAG', nargs='?', help='folder of the bag')
+    parser.add_argument('--many', type=Path, metavar='FOLDER',
+                        help='diagnose every bag below this folder on a Dask cluster; the same '
+                        'command goes on where it was stopped; --json then names a folder')
+    parser.add_argument('--workers', type=int, metavar='N',
+                        help='with --many: processes on this machine (default: one a core)')
+    parser.add_argument('--scheduler', metavar='tcp://...',
+                        help='with --many: a running Dask scheduler in place of own processes')
     parser.add_argument('--model', metavar='FILE',
                         help='spacecraft YAML of the simulator (default: the packaged one)')
     parser.add_argument('--reference', type=Path, metavar='BAG0',
@@ -43,6 +50,13 @@ def run(args):
     from ssi_ros.gap.diagnose import diagnose
     from ssi_ros.gap.settings import load_settings
 
+    if (args.bag is None) == (args.many is None):
+        raise ValueError('give one bag, or --many FOLDER')
+    if args.many is not None:
+        from ssi_ros.cli._many import run_many
+        return run_many(args)
+    if args.workers is not None or args.scheduler is not None:
+        raise ValueError('--workers and --scheduler belong to --many')
     if args.reference is not None:
         return run_against_reference(args)
     if args.channel:

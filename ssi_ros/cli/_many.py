@@ -1,0 +1,229 @@
+"""
+Diagnose a folder of bags on a Dask cluster: one JSON a bag, a table of all at the end.
+
+A worker writes the JSON of a bag as its last act and in one step, so after a kill -9 the same
+command goes on with the bags that have none: nothing is lost, and nothing is done twice.
+"""
+import csv
+from dataclasses import asdict, dataclass
+from functools import lru_cache
+import json
+import os
+from pathlib import Path
+
+ANSWERS = 'diagnoses'           # folder of the answers, beside the bags
+COLUMNS = ('bag', 'outcome', 'effect', 'probability', 'reason')
+FAILED = 'ERROR'                # in place of an outcome; such a bag is tried again next time
+
+
+@dataclass(frozen=True)
+class Job:
+    """What is the same for all bags; plain data, so that two runs can be compared."""
+
+    model: str = ''
+    reference: str = ''
+    settings: str = ''
+    effects: tuple = ()
+    pairs: bool = True
+    channels: tuple = ()
+
+
+def run_many(args):
+    """Diagnose every bag below a folder; return 0, or 1 if one of them could not be read."""
+    from ssi_ros.cli._options import Progress
+
+    folder = args.many
+    for value, word in ((args.html, '--html'), (args.markdown, '--markdown'),
+                        (args.apply, '--apply')):
+        if value is not None:
+            raise ValueError(f'{word} belongs to a single bag; leave it out with --many')
+    answers = args.json or folder / ANSWERS
+    bags = find_bags(folder, answers)
+    job = job_of(args)
+    _prepare(job)                   # a mistake in model, settings or names is told before all
+    answers.mkdir(parents=True, exist_ok=True)
+    _same_run(answers / 'run.json', job)
+    rows = {name: row for name in bags if (row := _read(name, answers)) is not None}
+    waiting = [name for name in bags if name not in rows]
+    print(f'{len(bags)} bags in {folder}, {len(rows)} of them diagnosed before')
+    if waiting:
+        with Progress('diagnosing') as progress:
+            for row in _diagnose_all(job, {n: bags[n] for n in waiting}, answers, args.workers,
+                                     args.scheduler):
+                rows[row['bag']] = row
+                progress.say(line_of(row))
+                progress(len(rows) / len(bags))
+    rows = [rows[name] for name in bags]
+    write_csv(answers / 'diagnoses.csv', rows)
+    print(table(rows))
+    print(f'answers and diagnoses.csv are in {answers}')
+    return 1 if any(r['outcome'] == FAILED for r in rows) else 0
+
+
+def find_bags(folder, answers):
+    """Return the folders below that hold a bag, by their name relative to it, in order."""
+    if not folder.is_dir():
+        raise ValueError(f'{folder} is not a folder; give the one that holds the bags')
+    found = {}
+    for path in sorted(folder.rglob('*')):
+        if path.suffix in ('.mcap', '.db3') or path.name == 'metadata.yaml':
+            bag = path.parent
+            if bag != folder and answers not in path.parents:
+                found[bag.relative_to(folder).as_posix()] = bag
+    if not found:
+        raise ValueError(f'{folder} holds no bags; a bag is a folder in it with metadata.yaml or '
+                         '.mcap files')
+    return found
+
+
+def job_of(args):
+    """Return the Job of the options."""
+    if args.model and args.reference:
+        raise ValueError('give --model or --reference, not both')
+    names = tuple(n.strip() for n in args.effects.split(',')) if args.effects else ()
+    # a worker elsewhere has another working folder
+    model, reference, settings = (str(Path(p).resolve()) if p else ''
+                                  for p in (args.model, args.reference, args.settings))
+    return Job(model, reference, settings, names, not args.no_pairs, tuple(args.channel or ()))
+
+
+def diagnose_one(job, name, bag, answers):
+    """Diagnose one bag, write its JSON in one step, and return its row; runs on a worker."""
+    from threadpoolctl import threadpool_limits
+    try:
+        with threadpool_limits(limits=1):
+            found = _diagnosis(job, bag).to_json()
+    except (ValueError, OSError) as error:
+        found = {'outcome': FAILED, 'reason': str(error)}
+    except Exception as error:          # one strange bag must not end all the others
+        found = {'outcome': FAILED, 'reason': f'{type(error).__name__}: {error}'}
+    path = _answer(name, answers)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_at_once(path, json.dumps({'bag': name} | found, indent=1) + '\n')
+    return row_of(name, found)
+
+
+def _diagnosis(job, bag):
+    from ssi_ros.cli.diagnose import read_samples
+    nominal, present, settings = _prepare(job)
+    options = {'effects': list(job.effects) or None, 'pairs': job.pairs}
+    if job.reference:
+        from ssi_ros.bag import parse_channel
+        from ssi_ros.gap.reference import diagnose_reference
+        channels = [parse_channel(c) for c in job.channels] or None
+        return diagnose_reference(nominal, read_samples(bag, 0.0, channels), settings, **options)
+    from ssi_ros.gap.diagnose import diagnose
+    samples = read_samples(bag, nominal.rate_hz)
+    return diagnose(nominal, samples, settings, present=present, **options)
+
+
+@lru_cache(maxsize=2)
+def _prepare(job):
+    """Return nominal (a model or the reference's samples), its effects, and settings."""
+    from ssi_ros.bag import parse_channel
+    from ssi_ros.cli.diagnose import read_samples
+    from ssi_ros.effects import effect_class, load_configuration
+    from ssi_ros.gap.settings import load_settings
+    settings = load_settings(job.settings or None)
+    if job.reference:
+        channels = [parse_channel(c) for c in job.channels] or None
+        return read_samples(Path(job.reference), 0.0, channels), (), settings
+    if job.channels:
+        raise ValueError('--channel belongs to --reference; a model names its own channels')
+    for name in job.effects:
+        effect_class(name)
+    return (*load_configuration(job.model or None), settings)
+
+
+def _diagnose_all(job, bags, answers, workers, scheduler):
+    """Yield the row of each bag as it comes, from a cluster of one's own or a given one."""
+    from dask.distributed import as_completed, Client, LocalCluster
+    if workers is not None and workers < 1:
+        raise ValueError(f'workers={workers} must be 1 or more')
+    cluster = None
+    if scheduler is None:
+        # one thread each: the templates of a model are kept by the process that made them
+        cluster = LocalCluster(n_workers=min(workers or os.cpu_count(), len(bags)),
+                               threads_per_worker=1, dashboard_address=None)
+    with Client(cluster or scheduler, timeout='20s') as client:
+        try:
+            futures = {client.submit(diagnose_one, job, name, bag.resolve(), answers.resolve(),
+                                     pure=False): name for name, bag in bags.items()}
+            for future in as_completed(futures):
+                if future.status == 'error':        # its worker died again and again
+                    yield row_of(futures[future], {'outcome': FAILED,
+                                                   'reason': str(future.exception())})
+                else:
+                    yield future.result()
+        finally:
+            if cluster is not None:
+                cluster.close()
+
+
+def _answer(name, answers):
+    return answers / f'{name}.json'
+
+
+def _same_run(path, job):
+    """Check that answers which are there are those of the same job; note the job."""
+    mine = json.loads(json.dumps(asdict(job)))
+    if path.exists():
+        before = json.loads(path.read_text())
+        other = [k for k in mine if mine[k] != before.get(k)]
+        if other:
+            raise ValueError(
+                f'{path.parent} holds the answers of a run with other ' + ', '.join(
+                    f'{k} ({before.get(k)!r}, now {mine[k]!r})' for k in other)
+                + '; give another folder with --json')
+    write_at_once(path, json.dumps(mine, indent=1) + '\n')
+
+
+def _read(name, answers):
+    """Return the row of an answer that is there; None where a bag is still to be diagnosed."""
+    path = _answer(name, answers)
+    if not path.exists():
+        return None
+    found = json.loads(path.read_text())
+    return None if found['outcome'] == FAILED else row_of(name, found)
+
+
+def write_at_once(path, text):
+    """Write a file so that it is either whole or not there."""
+    draft = path.with_name(f'.{path.name}.{os.getpid()}')
+    draft.write_text(text)
+    os.replace(draft, path)
+
+
+def row_of(name, found):
+    """Return what the table says of an answer."""
+    verdict = found.get('verdict') or {}
+    return {'bag': name, 'outcome': found['outcome'],
+            'effect': ' + '.join(verdict.get('effects', ())),
+            'probability': verdict.get('probability'), 'reason': found['reason']}
+
+
+def line_of(row):
+    """Return a row as one line."""
+    sure = '' if row['probability'] is None else f'{row["probability"]:.3f}'
+    what = row['effect'] or (row['reason'].splitlines()[0] if row['outcome'] == FAILED else '-')
+    return f'{row["bag"]:<24} {row["outcome"]:<16} {sure:>6}  {what}'
+
+
+def table(rows):
+    """Return all rows as text, and how many have each outcome."""
+    head = f'{"bag":<24} {"outcome":<16} {"prob.":>6}  effect'
+    counts = {}
+    for row in rows:
+        counts[row['outcome']] = counts.get(row['outcome'], 0) + 1
+    return '\n'.join([head, *map(line_of, rows),
+                      ', '.join(f'{n} {outcome}' for outcome, n in sorted(counts.items()))])
+
+
+def write_csv(path, rows):
+    """Write the table as CSV."""
+    draft = path.with_name(f'.{path.name}')
+    with open(draft, 'w', newline='') as file:
+        writer = csv.DictWriter(file, COLUMNS)
+        writer.writeheader()
+        writer.writerows(rows)
+    os.replace(draft, path)
