@@ -3,6 +3,8 @@ import numpy as np
 
 from ssi_ros.records import Samples
 
+WILD = 1e7              # medians of a channel that no acceleration reaches
+
 
 def match(spacecraft, samples):
     """
@@ -29,11 +31,39 @@ def match(spacecraft, samples):
                          f'{spacecraft.rate_hz:g} Hz; set rate_hz in the model')
     values = samples.values[:, [names.index(n) for n in wanted]]
     for name, column in zip(wanted, values.T):
-        seen = column[np.isfinite(column)]
+        seen = column[~np.isnan(column)]
         if len(seen) < 0.3 * len(column):
             raise ValueError(f'channel {name} has {len(seen)} of {len(column)} samples; a '
                              'diagnosis needs a third of them')
+        middle, largest = np.median(np.abs(seen)), np.abs(seen).max()
+        if not np.isfinite(largest) or largest > WILD * max(middle, 1e-300):
+            at = int(np.nanargmax(np.abs(column)))
+            raise ValueError(f'channel {name} shows {column[at]:g} m/s^2 at '
+                             f'{at / spacecraft.rate_hz:g} s, {largest / middle:.1g} times its '
+                             'median; that is no acceleration: take the sample out of the bag')
         if seen.std() == 0.0:
             raise ValueError(f'channel {name} is dead: it shows {seen[0]:g} all the time; take '
                              'it out of the model to diagnose the others')
     return Samples(values, spacecraft.rate_hz, tuple(wanted), samples.start_ns)
+
+
+def centred(samples):
+    """Take out the bias of every channel: no vibration, but it leaks into the lowest bins."""
+    return Samples(samples.values - np.nanmean(samples.values, axis=0), samples.rate_hz,
+                   samples.channels, samples.start_ns)
+
+
+def longest_part(samples):
+    """Return the longest part of a record without a gap of a second, as lines and pulses need."""
+    missing = np.isnan(samples.values).any(axis=1)
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], missing.astype(int), [0]])))
+    starts, ends = edges[::2], edges[1::2]
+    long = ends - starts >= samples.rate_hz
+    if not long.any():
+        return samples
+    firsts = np.append(0, ends[long])
+    lasts = np.append(starts[long], len(missing))
+    best = int(np.argmax(lasts - firsts))
+    part = slice(firsts[best], lasts[best])
+    return Samples(samples.values[part], samples.rate_hz, samples.channels, samples.start_ns
+                   + round(firsts[best] * 1e9 / samples.rate_hz))

@@ -24,6 +24,14 @@ def no_gap(gap, where, signs):
                      {'effects': (), 'class': (), 'probability': 1.0}, (), texts(signs))
 
 
+def wrong_level(reason, gap, where, scores, signs):
+    """Return the answer where the level alone says that record and model do not belong together."""
+    unknown = Explanation(('unknown',), 1.0, ('unknown',), {}, gap['before'], *NOWHERE, False)
+    return Diagnosis('UNEXPLAINED', reason, gap, {**where, 'site': _sites(scores, (), ())},
+                     (unknown,), {'effects': (), 'class': (), 'probability': 0.0}, (),
+                     texts(signs))
+
+
 def too_little(reason):
     """Return the answer where the record is too short."""
     nothing = float('nan')

@@ -7,9 +7,9 @@ from scipy.stats import norm
 from ssi_ros.effects import effect_class, library
 from ssi_ros.gap.cache import load_templates, save_templates, templates_key
 from ssi_ros.gap.candidate import Candidate, starting_points
-from ssi_ros.gap.check import match
-from ssi_ros.gap.conclude import conclude, no_gap, too_little
-from ssi_ros.gap.fit import fit, Simulator
+from ssi_ros.gap.check import centred, longest_part, match
+from ssi_ros.gap.conclude import conclude, no_gap, too_little, wrong_level
+from ssi_ros.gap.fit import fit, level_gap, Simulator
 from ssi_ros.gap.likelihood import Evidence
 from ssi_ros.gap.meter import measure
 from ssi_ros.gap.rank import Ranked, try_held_out, worth
@@ -64,7 +64,8 @@ def diagnose(spacecraft, samples, settings=DiagnosisSettings(), *, effects=None,
     """
     tell = progress or (lambda share: None)
     names = tuple(effect_class(n).name for n in effects) if effects else tuple(library())
-    samples = match(spacecraft, samples)
+    raw = match(spacecraft, samples)
+    samples = centred(raw)
     try:
         frame = make_frame(len(samples.values), samples.rate_hz, settings,
                            ~np.isnan(samples.values).any(axis=1))
@@ -72,23 +73,30 @@ def diagnose(spacecraft, samples, settings=DiagnosisSettings(), *, effects=None,
         return too_little(str(error))
     duration_s = len(samples.values) / samples.rate_hz
     simulator = Simulator(spacecraft, frame, duration_s, present)
-    evidence = Evidence(frame, spectra(samples, frame), tuple(range(frame.pieces)))
+    evidence = Evidence(frame, spectra(samples, frame), frame.used)
     there = {e.name for e in present}
     wanted = tuple(n for n in names if n not in there)
     templates = _templates(spacecraft, len(samples.values), settings, names, present, tell)
     # The first fit gives the levels that the tolerances are drawn at.
     levels = fit(simulator, evidence).levels
+    wrong = level_gap(levels)
     tolerance = tolerances(simulator, Candidate(), levels, settings)
     nominal = fit(simulator, evidence, levels=levels, tolerance=tolerance)
     scores = score(templates, nominal, evidence, tolerance)
-    signs = symptoms(samples) + torque_signs(reconstruct(simulator, nominal, samples, settings),
-                                             wanted)
+    part = longest_part(samples)
+    # a sweep is one over the whole record
+    sought = tuple(n for n in wanted if n != 'wheel_speed_sweep' or part is samples)
+    signs = symptoms(raw) + torque_signs(reconstruct(simulator, nominal, part, settings),
+                                             sought)
     signs = tuple(s for s in signs if s.effect.name in wanted)
     meter = measure(nominal.model, evidence, settings.band_bins)
     gap = {'before': meter.value, 'floor': meter.floor, 'floor_std': meter.floor_std,
            'p_value': _together(scores.p_value(), meter.deviations, signs)}
     where = locate(simulator, nominal.model, evidence, settings)
     tell(0.4)
+    if wrong:
+        # whatever else is said of such a record: its level is not that of the model
+        return wrong_level(wrong, gap, where, scores, signs)
     if gap['p_value'] > settings.false_alarm:
         return no_gap(gap, where, signs)
     search = Search(simulator, evidence, settings, nominal, tolerance, names,
@@ -97,10 +105,10 @@ def diagnose(spacecraft, samples, settings=DiagnosisSettings(), *, effects=None,
 
     def left_by(best):
         rest = score(templates, best.fit, evidence, tolerance)
-        torque = reconstruct(simulator, best.fit, samples, settings)
-        others = tuple(n for n in wanted if n not in best.names)
+        torque = reconstruct(simulator, best.fit, part, settings)
+        others = tuple(n for n in sought if n not in best.names)
         more = torque_signs(torque, others) + tuple(
-            s for s in symptoms(samples) if s.effect.name in others)
+            s for s in symptoms(raw) if s.effect.name in others)
         meter = measure(best.fit.model, evidence, settings.band_bins)
         left = _together(rest.p_value(), meter.deviations, more)
         if left < DOUBT:

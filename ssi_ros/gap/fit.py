@@ -14,6 +14,7 @@ STEPS = 12
 ENOUGH = 0.02           # gain of the log likelihood below which a fit stops
 PROBE = 1e-3            # share of the coordinate's scale for a difference quotient
 EXCITATION_STD = 1.4    # of the logarithm of a power that is not known: 6 dB
+FAR = 5.0               # standard deviations of a level, beyond which it is no nuisance
 NOISE_STD = 0.7         # and of the noise of a sensor: 3 dB
 LONGEST = 1.5           # step of a logarithm
 
@@ -177,6 +178,19 @@ class _Place:
         information[:count, :count] += np.diag(self.prior)
         return (score - mixed @ self.inverse @ self.slopes,
                 information - mixed @ self.inverse @ mixed.T)
+
+
+def level_gap(levels):
+    """Return what is wrong with levels that no nuisance reaches, or an empty text."""
+    decibels = 10 * np.log10(levels)
+    far = FAR * 10 / np.log(10)
+    excitation, noise = decibels[:-1].max(), decibels[-1]
+    if abs(excitation) > far * EXCITATION_STD:
+        return f'the excitation is {excitation:+.0f} dB off the model: wrong unit or wrong model?'
+    if noise > far * NOISE_STD:
+        return (f'noise on all channels is {noise:+.0f} dB above the model and hides it: wrong '
+                'unit, or no accelerometer?')
+    return ''
 
 
 def level_prior(count):

@@ -75,7 +75,7 @@ def floor_by_simulation(simulator, best, templates, tolerance, settings, names):
     z, deviations, seen = [], [], []
     for i in range(RECORDS):
         samples = simulate_setup(setup, SEED + i)
-        evidence = Evidence(frame, spectra(samples, frame), tuple(range(frame.pieces)))
+        evidence = Evidence(frame, spectra(samples, frame), frame.used)
         again = fit(simulator, evidence, best.candidate, best.levels, REFIT_STEPS, tolerance)
         z.append(score(templates, again, evidence, tolerance).z)
         deviations.append(measure(again.model, evidence, settings.band_bins).deviations)

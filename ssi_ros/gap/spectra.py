@@ -5,6 +5,7 @@ import numpy as np
 from scipy.signal.windows import tukey
 
 TAPER_SHARE = 0.25      # of a piece, on which the taper rises and falls
+PRESENT = 0.8           # of the rows of the fullest piece, that a piece must have
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,6 +25,8 @@ class Frame:
         Weights w, of sum w^2 = 1.
     overlap : ndarray, shape (rows,)
         Mean over the pieces of sum_n w_n w_(n+lag) at every lag, missing rows counted as zero.
+    used : tuple of int
+        Pieces that are there; of the others too many rows are missing.
     crowding : float
         How much neighbouring bins repeat each other, rows sum w^4 >= 1; the information in all
         bins is smaller than their number by this factor.
@@ -38,6 +41,7 @@ class Frame:
     taper: np.ndarray
     overlap: np.ndarray
     crowding: float
+    used: tuple = ()
 
     def crowding_of(self, bins):
         """Return the crowding of so many neighbouring bins, whose ends have fewer neighbours."""
@@ -89,10 +93,17 @@ def make_frame(rows_total, rate_hz, settings, present=None):
     taper = taper / np.sqrt(np.sum(taper ** 2))
     there = np.ones((pieces, rows)) if present is None else (
         present[:pieces * rows].reshape(pieces, rows))
-    padded = np.fft.rfft(taper * there, 2 * rows, axis=1)
+    # a long gap takes its pieces out; rows lost at random thin out all of them alike
+    share = there.mean(axis=1)
+    used = np.flatnonzero(share >= PRESENT * share.max())
+    if len(used) < settings.least_segments / 2:
+        raise ValueError(f'the record has gaps: {len(used)} of its {pieces} pieces of '
+                         f'{rows / rate_hz:g} s are there, and {settings.least_segments // 2} are '
+                         'needed; give a longer record, or a shorter segment_s')
+    padded = np.fft.rfft(taper * there[used], 2 * rows, axis=1)
     overlap = np.fft.irfft(np.mean(np.abs(padded) ** 2, axis=0))[:rows]
     return Frame(rate_hz, rows, pieces, first, last, taper, overlap,
-                 rows * float(np.sum(taper ** 4)))
+                 rows * float(np.sum(taper ** 4)), tuple(used.tolist()))
 
 
 def whole_frame(rows, rate_hz, settings, edge_s, present):

@@ -4,7 +4,7 @@ import numpy as np
 from scipy.fft import fft, next_fast_len
 
 from ssi_ros.effects import effect_class
-from ssi_ros.gap.symptoms import Symptom
+from ssi_ros.gap.symptoms import Symptom, within
 
 PIECES = 10             # of the record, each coherent in itself in the first search
 KEPT = 12               # places of the first search that are refined
@@ -49,8 +49,8 @@ def sweep(torque):
         return None
     size = np.sqrt(2 * power)
     spread = 1.6 / duration_s / size
-    return Symptom(effect_class('wheel_speed_sweep')(
-        start_hz=float(start), end_hz=float(end), torque_n_m=float(amplitude)), p,
+    return Symptom(within(
+        effect_class('wheel_speed_sweep'), start_hz=start, end_hz=end, torque_n_m=amplitude), p,
         f'a sweep from {start:.4g} to {end:.4g} Hz, {size:.1f} sd',
         {'start_hz': spread, 'end_hz': spread, 'torque_n_m': amplitude / size})
 

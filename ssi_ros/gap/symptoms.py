@@ -36,6 +36,13 @@ class Symptom:
     stds: dict = field(default_factory=dict)
 
 
+def within(cls, **values):
+    """Return an effect with its quantities kept inside their declared ranges."""
+    ranges = {f.name: f.metadata for f in cls.numbers()}
+    return cls(**{k: float(min(max(v, ranges[k]['low']), ranges[k]['high']))
+                  for k, v in values.items()})
+
+
 def symptoms(samples):
     """
     Look for signs in the samples alone.
@@ -56,8 +63,13 @@ def symptoms(samples):
 
 
 def _losses(samples):
-    fraction = float(np.isnan(samples.values).any(axis=1).mean())
+    missing = np.isnan(samples.values).any(axis=1)
+    fraction = float(missing.mean())
     if fraction == 0.0:
+        return None
+    # rows lost at random make so many runs; a long gap makes one
+    runs = np.count_nonzero(np.diff(missing.astype(int)) == 1) + missing[0]
+    if runs < 0.5 * missing.sum() * (1 - fraction):
         return None
     return Symptom(effect_class('dropped_samples')(fraction=fraction), 0.0,
                    f'{100 * fraction:.2g} % of the rows are missing')

@@ -13,7 +13,7 @@ from scipy.stats import norm
 from ssi_ros.effects import effect_class
 from ssi_ros.gap.spectra import spectra, whole_frame
 from ssi_ros.gap.sweeps import sweep
-from ssi_ros.gap.symptoms import Symptom
+from ssi_ros.gap.symptoms import Symptom, within
 
 SURE = 0.01             # p-value above which nothing is reported
 EDGE_S = 1.0            # on which the taper rises and falls at the ends of the record
@@ -156,8 +156,8 @@ def line(torque):
     size = np.sqrt(2 * power[best])
     std = {'torque_n_m': amplitude / size,
            'frequency_hz': np.sqrt(6) / np.pi / size * torque.rate_hz / torque.rows}
-    return Symptom(effect_class('harmonic_disturbance')(
-        frequency_hz=frequency_hz, torque_n_m=amplitude), p,
+    return Symptom(within(
+        effect_class('harmonic_disturbance'), frequency_hz=frequency_hz, torque_n_m=amplitude), p,
         f'a line at {frequency_hz:.5g} Hz, {size:.1f} sd', std)
 
 
@@ -210,9 +210,9 @@ def pulses(torque, swings=None):
     through = np.sqrt(2 * np.sum(torque.gain ** 2)) * torque.taper.max()
     impulse = quiet / through / torque.rate_hz
     per_min = 60 / (len(unit) / torque.rate_hz)
-    return Symptom(effect_class('impulsive_events')(
-        rate_per_min=float(np.clip(per_min * count, 0.01, 6e4)),
-        impulse_n_m_s=float(impulse * height)), p,
+    return Symptom(within(
+        effect_class('impulsive_events'), rate_per_min=per_min * count,
+        impulse_n_m_s=impulse * height), p,
         f'about {count:.0f} pulses of {impulse * height:.3g} N m s',
         {'rate_per_min': per_min * max(count_std, np.sqrt(count)),
          'impulse_n_m_s': impulse * max(height_std, 1 / np.sqrt(count))})
@@ -270,7 +270,8 @@ def swing(torque):
         return None
     size = np.sqrt(2 * gains[best])
     period = 1 / frequencies[best]
-    return Symptom(effect_class('nonstationary_excitation')(depth=depth, period_s=period), p,
+    return Symptom(within(
+        effect_class('nonstationary_excitation'), depth=depth, period_s=period), p,
                    f'the level swings by {100 * depth:.0f} % every {period:.0f} s',
                    {'depth': depth / size, 'period_s': np.sqrt(6) / np.pi / size * period ** 2
                     * torque.rate_hz / count})

@@ -118,3 +118,27 @@ def test_refusals(spacecraft):
         diagnose(spacecraft, Samples(dead, 100.0, good.channels))
     with pytest.raises(ValueError, match='did you mean sensor_gain'):
         diagnose(spacecraft, good, effects=['sensor_gian'])
+
+
+@pytest.mark.parametrize('change, outcome, words', [
+    (lambda v: v + 5.0, 'WITHIN_FLOOR', 'what the model says'),
+    (lambda v: v * 1e6, 'UNEXPLAINED', 'dB off the model'),
+    (lambda v: np.random.default_rng(0).standard_normal(v.shape), 'UNEXPLAINED', 'hides it')])
+def test_offsets_units_and_noise(change, outcome, words, spacecraft):
+    """A bias is no gap; another unit and something else than an accelerometer are told."""
+    good = record(spacecraft)
+    found = diagnose(spacecraft, Samples(change(good.values), 100.0, good.channels), SETTINGS,
+                     effects=FEW)
+    assert found.outcome == outcome and words in found.reason
+
+
+def test_a_long_gap_in_the_record_is_no_effect(spacecraft):
+    """Forty seconds without a sample: their pieces are left out, nothing is blamed."""
+    good = record(spacecraft)
+    values = good.values.copy()
+    values[5000:9000] = np.nan
+    found = diagnose(spacecraft, Samples(values, 100.0, good.channels), SETTINGS, effects=FEW)
+    assert found.outcome == 'WITHIN_FLOOR'
+    with pytest.raises(ValueError, match='that is no acceleration'):
+        values[10, 1] = 1e300
+        diagnose(spacecraft, Samples(values, 100.0, good.channels), SETTINGS)

@@ -8,6 +8,7 @@ from ssi_ros.gap.reference.rank import closed, posterior
 from ssi_ros.gap.reference.where import name_of, structural_shares
 
 CLOSE = 5.0             # held-out log odds within which two candidates are tied
+MORE = 2.0              # held-out log odds over the level alone that a candidate must have
 BOUND = 1.645           # standard deviations of a 90 % interval
 
 
@@ -56,14 +57,19 @@ def conclude(nominal, ranked, before, gap, where, texts, base, dependence):
     where['site'] = _sites(ranked, shares)
     if where['site']['structure'] > 0.5:
         _at_modes(nominal, best.fitted, where)
-    inside = best.deviations <= 3.0 or top.closed >= 1 - best.tolerance
+    told = best.worth > before.worth + MORE
+    inside = told and (best.deviations <= 3.0 or top.closed >= 1 - best.tolerance)
     verdict = {'effects': top.effects, 'class': alike, 'probability': probability}
     different = {e.effects for e in tied}
     words = ' + '.join(top.effects)
     share = '' if np.isnan(top.closed) else f'closes {100 * top.closed:.0f} % of the gap and '
     meanings = '; '.join(f.meaning for f in best.fitted.forms if f.meaning)
     meanings = f' ({meanings})' if meanings else ''
-    if not inside:
+    if not told:
+        outcome = 'UNEXPLAINED'
+        reason = 'no effect foretells the unseen groups better than the level alone'
+        verdict = {'effects': (), 'class': (), 'probability': 0.0}
+    elif not inside:
         outcome = 'UNEXPLAINED'
         reason = (f'nearest is {words}{meanings}, which {share}leaves '
                   f'{best.deviations:.1f} sd')

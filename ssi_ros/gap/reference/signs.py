@@ -6,7 +6,7 @@ What the reference shows too is no difference and is not told.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import maximum_filter1d, median_filter
+from scipy.ndimage import maximum_filter1d, uniform_filter1d
 from scipy.stats import binomtest, f as fisher, gamma, t as student
 
 RAIL_HITS = 5           # times that a channel must show exactly its extreme
@@ -14,7 +14,7 @@ WINDOWS = 60            # in which the level is followed
 PREDICTED = 24          # past samples of which one is predicted
 MOST_ROWS = 200_000     # that the prediction is fitted to
 PULSE = 5.0             # standard deviations beyond which a residual is a pulse
-ROUGH = 8.0             # largest over median power around, beyond which it is no smooth level
+PEAK, FEW = 8.0, 6       # fewer bins than FEW within PEAK of the largest: no smooth level
 AROUND = 10             # bins around a line in which the reference is looked at
 NEVER = 1e-300
 
@@ -193,9 +193,9 @@ def line(one, two, cut, usual, level):
     excess = np.minimum(excess, (np.abs(seen[usable]) ** 2 / top[at]).mean(axis=1))
     width = two.shape[1]
     chance = gamma.sf(excess * width, width)
-    # at a peak, or between the lines of a periodic excitation, the level itself is a guess
-    middle = median_filter(fine, (2 * reach + 1, 1))
-    rough = (top[at] > ROUGH * middle[at]).any(axis=1)
+    # of a peak of few bins, or of the lines of a periodic excitation, the level is a guess
+    high = uniform_filter1d((fine > top / PEAK).astype(float), 2 * reach + 1, axis=0)
+    rough = (high[at] * (2 * reach + 1) < FEW).any(axis=1)
     chance[rough] = (1 + excess[rough] / 3) ** -3.0
     chance *= len(excess)
     best = int(np.argmin(chance))
