@@ -1,14 +1,20 @@
 # Licensed under the Apache License, Version 2.0.
-"""Command line of the blind campaign: make, run, lock, reveal, verify, or all by `campaign`."""
+"""Command line of the blind campaign: its steps, or all of them by `campaign`."""
 import argparse
+from contextlib import nullcontext
 from pathlib import Path
 import secrets
+import shlex
 import subprocess
 import sys
+import tempfile
 
-from blindgen.campaign import lock, reveal, run, TOOL
+from blindgen.campaign import classes_in, lock, reveal, run
 from blindgen.make import make
-from blindgen.seal import read_json
+from blindgen.results import lines, results
+from blindgen.seal import read_json, write_json
+from blindgen.spread import cluster
+from blindgen.tool import TOOL
 from blindgen.verify import main as verify
 
 
@@ -20,7 +26,8 @@ def parser():
                        ('run', 'run the tool on every bag without an answer'),
                        ('lock', 'hash the answers'),
                        ('reveal', 'publish the labels, once the answers are locked'),
-                       ('verify', 'check every hash and score'),
+                       ('verify', 'check every hash'),
+                       ('score', 'score the answers, beside the baselines'),
                        ('campaign', 'all of these, resumable')):
         step = steps.add_parser(name, help=text)
         step.add_argument('--folder', type=Path, required=True, help='public folder')
@@ -32,12 +39,22 @@ def parser():
             step.add_argument('--nonce', help='secret; drawn by chance if left out')
             step.add_argument('--commit', help='of the frozen tool; default the commit at HEAD')
             step.add_argument('--classes', type=Path,
-                              help='JSON list of lists of names that cannot be told apart')
-        if name in ('make', 'run', 'campaign'):
-            step.add_argument('--workers', type=int, default=1)
+                              help='JSON of names that cannot be told apart: a list of lists, '
+                                   'alone or under the key classes')
+            step.add_argument('--classes-from', default='',
+                              help='command that writes such a file to {json}')
+        if name in ('make', 'run', 'score', 'campaign'):
+            step.add_argument('--workers', type=int, default=2,
+                              help='processes of the local Dask cluster; 0 uses none')
+            step.add_argument('--scheduler', default='local',
+                              help='of Dask: local, or tcp://HOST:PORT whose workers see FOLDER')
+        if name in ('score', 'campaign'):
+            step.add_argument('--rounds', type=int, default=2,
+                              help='of training of the baselines, 120 records each; 0: none')
+            step.add_argument('--cache', type=Path, default=Path('~/.cache/blindgen'),
+                              help='keeps what the baselines learn from')
         if name in ('run', 'campaign'):
             step.add_argument('--tool', default=TOOL, help='command with {bag} and {json}')
-            step.add_argument('--scheduler', default='', help="'local' or tcp://..., needs dask")
             step.add_argument('--timeout', type=float, default=600.0, help='of a bag [s]')
     return top
 
@@ -53,36 +70,58 @@ def main(arguments=None):
 
 
 def _do(given):
-    folder, whole = given.folder, given.step == 'campaign'
+    folder, whole = given.folder.resolve(), given.step == 'campaign'
     sealed = getattr(given, 'sealed', None) or folder.with_name(folder.name + '.sealed.json')
-    if whole and (folder / 'reveal.json').exists():
-        return verify(folder)
-    if given.step == 'make' or whole and not (folder / 'answers.json').exists():
-        _make(given, folder, sealed)
-    if given.step == 'run' or whole and not (folder / 'answers.json').exists():
-        troubles = {k: v for k, v in run(folder, given.tool, given.workers, given.scheduler,
-                                         given.timeout).items() if v}
-        for name, trouble in troubles.items():
-            print(f'{name}: {trouble}', file=sys.stderr)
-    if given.step == 'lock' or whole and not (folder / 'answers.json').exists():
-        print(f'{len(lock(folder))} answers locked')
-    if given.step == 'reveal' or whole:
-        print(f'{len(reveal(folder, sealed)["labels"])} labels revealed')
-    if given.step == 'verify' or whole:
-        return verify(folder)
-    return 0
+    spreads = hasattr(given, 'scheduler')
+    with cluster(given.workers, given.scheduler) if spreads else nullcontext() as client:
+        if given.step == 'make' or whole and not (folder / 'answers.json').exists():
+            _make(given, folder, sealed, client)
+        if given.step == 'run' or whole and not (folder / 'answers.json').exists():
+            for name, trouble in run(folder, given.tool, client, given.timeout).items():
+                if trouble:
+                    print(f'{name}: {trouble}', file=sys.stderr)
+        if given.step == 'lock' or whole and not (folder / 'answers.json').exists():
+            print(f'{len(lock(folder))} answers locked')
+        if given.step == 'reveal' or whole and not (folder / 'reveal.json').exists():
+            print(f'{len(reveal(folder, sealed)["labels"])} labels revealed')
+        code = verify(folder) if given.step == 'verify' or whole else 0
+        if given.step == 'score' or whole:
+            print(*lines(results(folder, client, given.rounds, given.cache.expanduser())),
+                  sep='\n')
+    return code
 
 
-def _make(given, folder, sealed):
+def _make(given, folder, sealed, client):
     """Make with the nonce and the commit of the sealed file when a killed campaign goes on."""
     before = read_json(sealed) if sealed.exists() else None
-    nonce = given.nonce or (before['nonce'] if before else secrets.token_hex(32))
-    commit = given.commit or (before['public']['commit'] if before else _head())
-    classes = read_json(given.classes) if given.classes else before['classes'] if before else []
-    public = make(folder, sealed, given.cases, nonce, commit, given.duration, given.workers,
-                  classes)
+    begun = sealed.with_name(sealed.name + '.parts') / 'begun.json'
+    earlier = ({'nonce': before['nonce'], 'commit': before['public']['commit'],
+                'classes': before['classes']} if before
+               else read_json(begun) if begun.exists() else {})
+    nonce = given.nonce or earlier.get('nonce') or secrets.token_hex(32)
+    commit = given.commit or earlier.get('commit') or _head()
+    classes = _classes(given) or earlier.get('classes') or []
+    if not before:
+        write_json(begun, {'nonce': nonce, 'commit': commit, 'classes': classes})
+    public = make(folder, sealed, given.cases, nonce, commit, given.duration, client, classes)
     print(f'{len(public["bags"])} bags in {folder / "bags"}, Merkle root '
           f'{public["merkle_root"]}; labels sealed in {sealed}')
+
+
+def _classes(given):
+    """Return the declared classes, from a file or from a command that writes {json}."""
+    if given.classes:
+        return classes_in(read_json(given.classes))
+    if not given.classes_from:
+        return []
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / 'classes.json'
+        command = [word.format(json=path) for word in shlex.split(given.classes_from)]
+        told = subprocess.run(command, capture_output=True, text=True)
+        if not path.exists():
+            raise ValueError(f'--classes-from {given.classes_from!r} wrote no {{json}}: '
+                             f'{told.stderr.strip()[-300:]}')
+        return classes_in(read_json(path))
 
 
 def _head():

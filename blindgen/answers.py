@@ -1,6 +1,6 @@
 # Licensed under the Apache License, Version 2.0.
 """What a tool answered on a bag, read from its JSON; nothing of the tool is imported."""
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from blindgen.seal import read_json
 
@@ -12,16 +12,21 @@ class Answer:
     """One answer: named effects are empty for none, unknown and no answer."""
 
     outcome: str
-    effects: frozenset
-    tied: frozenset           # the class of the verdict
-    probability: float
-    ranked: tuple             # frozensets of the candidates' effects, best first
-    intervals: dict           # 'effect.parameter': (low90, high90) of the verdict's candidate
-    site: str
-    sensor: str
+    effects: frozenset = frozenset()
+    tied: frozenset = frozenset()      # the class of the verdict
+    probability: float = 0.0
+    ranked: tuple = ()                 # frozensets of the candidates' effects, best first
+    values: dict = field(default_factory=dict)      # 'effect.parameter' of the verdict's candidate
+    intervals: dict = field(default_factory=dict)   # 'effect.parameter': (low90, high90)
+    closed: float = None               # share of the gap that the verdict's candidate closes
+    site: str = ''
+    sensors: tuple = ()                # (name, share)
+    bands: tuple = ()                  # (low_hz, high_hz, share)
+    modes: tuple = ()                  # (frequency_hz, share)
+    times: tuple = ()                  # (start_s, end_s, share)
 
 
-NO_ANSWER = Answer('NO_ANSWER', frozenset(), frozenset(), 0.0, (), {}, '', '')
+NO_ANSWER = Answer('NO_ANSWER')
 
 
 def read_answer(path):
@@ -45,17 +50,25 @@ def read_answer(path):
     candidates = [c for c in told.get('candidates') or []
                   if not {'none', 'unknown'} & set(c['effects'])]
     best = next((c for c in candidates if frozenset(c['effects']) == effects), {})
-    intervals = {key: (v['low90'], v['high90'])
-                 for key, v in (best.get('parameters') or {}).items()
-                 if isinstance(v, dict) and v.get('low90') is not None
-                 and v.get('high90') is not None}
+    values, intervals = {}, {}
+    for key, value in (best.get('parameters') or {}).items():
+        if isinstance(value, dict):
+            values[key] = value.get('value')
+            if value.get('low90') is not None and value.get('high90') is not None:
+                intervals[key] = (value['low90'], value['high90'])
+        else:
+            values[key] = value
     where = told.get('where') or {}
     sites = where.get('site') or {}
-    sensors = where.get('sensors') or []
+
+    def shares(key, *names):
+        return tuple(tuple(item[n] for n in (*names, 'share')) for item in where.get(key) or [])
+
     return Answer(
         told['outcome'], effects,
         (frozenset(verdict.get('class') or []) | effects) if named else frozenset(),
         float(verdict.get('probability') or 0.0),
-        tuple(frozenset(c['effects']) for c in candidates), intervals,
-        max(sites, key=sites.get) if sites else '',
-        max(sensors, key=lambda s: s['share'])['name'] if sensors else '')
+        tuple(frozenset(c['effects']) for c in candidates), values, intervals,
+        best.get('closed'), max(sites, key=sites.get) if sites else '',
+        shares('sensors', 'name'), shares('bands', 'low_hz', 'high_hz'),
+        shares('modes', 'frequency_hz'), shares('times', 'start_s', 'end_s'))

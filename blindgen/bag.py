@@ -5,6 +5,7 @@ from pathlib import Path
 import struct
 
 from blindgen.scenario import CHANNELS, RATE_HZ
+import numpy as np
 
 START_NS = 1_800_000_000_000_000_000     # the same in all bags: a start time tells nothing
 KIND = 'geometry_msgs/msg/AccelStamped'
@@ -67,3 +68,18 @@ def write_bag(folder, values, index):
                 struct.pack_into(STAMP, frame, STAMP_AT, *divmod(stamp, 10**9))
                 struct.pack_into('<d', frame, z_at, value)
                 writer.write(connection, stamp, bytes(frame))
+
+
+def read_bag(folder):
+    """Return values (n, 4) [m/s^2] and the number of each scan (n,) of a bag of write_bag."""
+    from rosbags.rosbag2 import Reader
+    z_at = message(CHANNELS[0], START_NS, 1.0).index(struct.pack('<d', 1.0))
+    period, got = round(1e9 / RATE_HZ), {channel: [] for channel in CHANNELS}
+    with Reader(Path(folder)) as reader:
+        for connection, stamp, raw in reader.messages():
+            # the frame is as long in all channels, their names being so
+            got[connection.topic.rsplit('/', 1)[-1]].append(
+                (stamp, struct.unpack_from('<d', raw, z_at)[0]))
+    columns = [np.array(got[channel]) for channel in CHANNELS]
+    stamps = np.array([stamp for stamp, _ in got[CHANNELS[0]]], dtype=np.int64)
+    return np.stack([c[:, 1] for c in columns], axis=1), (stamps - START_NS) // period

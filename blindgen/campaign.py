@@ -1,24 +1,18 @@
 # Licensed under the Apache License, Version 2.0.
 """
-Run a tool over the bags of a campaign: one bag in, one JSON out, in a fresh process each.
+Steps of a campaign after its bags are there: run the tool, lock the answers, reveal the labels.
 
-The tool is a command line, never an import. What is done stays done: an answer is written under
-another name and renamed when whole, so a killed campaign goes on with the next bag. With dask
-`distributed` installed, a scheduler's address spreads the bags over its workers.
+What is done stays done: a campaign that was killed goes on with the bags that have no answer.
 """
-from concurrent.futures import as_completed, ThreadPoolExecutor
 from pathlib import Path
-import shlex
-import subprocess
 
 from blindgen.answers import NO_ANSWER, read_answer
 from blindgen.seal import read_json, seed_of, sha, write_json
-from tqdm import tqdm
+from blindgen.spread import spread
+from blindgen.tool import answer, TOOL
 
-TOOL = 'ssi_ros diagnose {bag} --model config/spacecraft.yaml --json {json}'
 
-
-def run(folder, tool=TOOL, workers=2, scheduler='', timeout_s=600.0):
+def run(folder, tool=TOOL, client=None, timeout_s=600.0):
     """
     Answer every bag that has no answer yet; return {bag: '' or what went wrong}.
 
@@ -28,18 +22,15 @@ def run(folder, tool=TOOL, workers=2, scheduler='', timeout_s=600.0):
         Of the campaign.
     tool : str
         Command with {bag} and {json} in it.
-    workers : int
-        Processes at a time, when no scheduler is given.
-    scheduler : str
-        Address of a Dask scheduler that sees the same folder, 'local' for a Dask cluster of this
-        machine, or '' for a pool without Dask.
+    client : distributed.Client
+        Spreads the bags; None runs them here, one after the other.
     timeout_s : float
         A bag that takes longer has no answer.
 
     Raises
     ------
     ValueError
-        If the command lacks {bag} or {json}, Dask is asked for but absent, or no bag is there.
+        If the command lacks {bag} or {json}, the answers are locked, or no bag is there.
 
     """
     if '{bag}' not in tool or '{json}' not in tool:
@@ -50,53 +41,27 @@ def run(folder, tool=TOOL, workers=2, scheduler='', timeout_s=600.0):
     names = sorted(read_json(folder / 'commitment.json').get('bags', {}))
     if not names:
         raise ValueError(f'{folder} has no finished bags; run `make` to its end')
-    jobs = [(str(folder), name, tool, timeout_s) for name in names]
-    if scheduler:
-        return _with_dask(jobs, workers, scheduler)
-    with ThreadPoolExecutor(workers) as pool:
-        futures = [pool.submit(answer, *job) for job in jobs]
-        return dict(f.result() for f in tqdm(as_completed(futures), total=len(jobs), desc='tool'))
+    jobs = [(str(folder), name, tool, timeout_s) for name in names
+            if not (folder / 'answers' / f'{name}.json').exists()]
+    return {**dict.fromkeys(names, ''), **dict(spread(client, answer, jobs, 'tool'))}
 
 
-def answer(folder, name, tool, timeout_s):
-    """Run the tool on one bag unless its answer is there; return its name and any failure."""
-    done = Path(folder) / 'answers' / f'{name}.json'
-    if done.exists():
-        return name, ''
-    done.parent.mkdir(exist_ok=True)
-    part = done.with_suffix('.part')
-    part.unlink(missing_ok=True)
-    command = [word.format(bag=Path(folder) / 'bags' / name, json=part)
-               for word in shlex.split(tool)]
-    try:
-        told = subprocess.run(command, capture_output=True, text=True, timeout=timeout_s)
-        trouble = '' if part.exists() else f'exit {told.returncode}: {told.stderr.strip()[-300:]}'
-    except subprocess.TimeoutExpired:
-        trouble = f'no answer in {timeout_s:.0f} s'
-    except FileNotFoundError:
-        raise ValueError(f'command {command[0]!r} is not found; give its path in --tool') from None
-    if trouble:
-        part.unlink(missing_ok=True)
-    else:
-        part.replace(done)
-    return name, trouble
+def classes_in(told):
+    """
+    Return the equivalence classes, sorted lists of names, in JSON of a file or a command.
 
+    Raises
+    ------
+    ValueError
+        If it is neither a list of lists of names nor an object with such `classes`.
 
-def _with_dask(jobs, workers, scheduler):
-    try:
-        from distributed import Client, LocalCluster, as_completed as dask_completed
-    except ImportError:
-        raise ValueError('a scheduler needs dask: pip install distributed, or leave --scheduler '
-                         'out to use a pool') from None
-    where = (LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None)
-             if scheduler == 'local' else scheduler)
-    with Client(where) as client:
-        futures = [client.submit(answer, *job, pure=False) for job in jobs]
-        told = dict(f.result() for f in tqdm(dask_completed(futures), total=len(jobs),
-                                             desc='tool'))
-    if scheduler == 'local':
-        where.close()
-    return told
+    """
+    classes = told.get('classes') if isinstance(told, dict) else told
+    if not isinstance(classes, list) or not all(
+            isinstance(c, list) and all(isinstance(name, str) for name in c) for c in classes):
+        raise ValueError('the classes are no list of lists of names; give [["sensor_gain", '
+                         '"sensor_crosstalk"], ...], alone or under the key classes')
+    return sorted(sorted(set(c)) for c in classes)
 
 
 def lock(folder):
@@ -143,3 +108,9 @@ def answers_of(folder):
         except (ValueError, KeyError, TypeError, AttributeError):   # whatever shape it has
             told[name] = NO_ANSWER
     return told
+
+
+def labels_of(folder):
+    """Return {bag: label} of a revealed campaign."""
+    told = read_json(Path(folder) / 'reveal.json')['labels']
+    return {name: v['label'] for name, v in told.items()}

@@ -7,8 +7,9 @@ over cases. `strict` is the same effect; `class` also counts an effect in one de
 the true one. The answer's own `class` is not used: a tool that calls everything tied gains
 nothing.
 """
-from math import sqrt
-
+from blindgen.curves import curves
+from blindgen.places import places
+from blindgen.wilson import wilson
 import numpy as np
 
 CLEAR = 4.0                  # d' from which a case counts as detectable
@@ -16,18 +17,7 @@ CONFIDENT = 0.9
 BOOTSTRAPS = 1000
 
 
-def wilson(hits, total):
-    """Return {value, low95, high95, hits, total}; Wilson 1927, z = 1.96."""
-    if not total:
-        return {'value': None, 'low95': None, 'high95': None, 'hits': 0, 'total': 0}
-    z, p = 1.959964, hits / total
-    middle, spread = p + z * z / (2 * total), z * sqrt(p * (1 - p) / total + (z / 2 / total)**2)
-    scale = 1 + z * z / total
-    return {'value': p, 'low95': max(0.0, (middle - spread) / scale),
-            'high95': min(1.0, (middle + spread) / scale), 'hits': int(hits), 'total': int(total)}
-
-
-def score(labels, answers, classes=()):
+def score(labels, answers, classes=(), runs=None, truths=None, duration_s=600.0):
     """
     Return the scores of a campaign as plain data.
 
@@ -39,6 +29,12 @@ def score(labels, answers, classes=()):
         The order does not matter; a bag without an answer counts as wrong.
     classes : iterable of iterables of str
         Equivalence classes declared before the run.
+    runs : dict of str to dict
+        What each answer took: seconds, peak_mb.
+    truths : dict of str to dict
+        `closed` by the true effect at its true size, where the gap is large enough.
+    duration_s : float
+        Of a record [s].
 
     Raises
     ------
@@ -50,15 +46,14 @@ def score(labels, answers, classes=()):
         raise ValueError(f'{len(set(labels) ^ set(answers))} names are in labels or answers '
                          'alone; give one answer, if only NO_ANSWER, for each bag')
     same = [frozenset(c) for c in classes]
-    rows = [_row(name, labels[name], answers[name], same) for name in sorted(labels)]
+    rows = [_row(name, labels[name], answers[name], same, duration_s) for name in sorted(labels)]
     clear = [r for r in rows if r['kind'] == 'single' and r['d'] >= CLEAR]
     none = [r for r in rows if r['kind'] == 'none']
     outside = [r for r in rows if r['kind'] == 'outside' and r['d'] >= CLEAR]
     pairs = [r for r in rows if r['kind'] == 'pair' and r['d'] >= CLEAR]
     inside = [r for r in rows if r['kind'] != 'outside']
     said = [r for r in rows if r['answered']]
-    with_site = [r for r in clear if r['outcome'] != 'WITHIN_FLOOR' and r['told_site']]
-    with_sensor = [r for r in with_site if r['channel'] and r['told_sensor']]
+    placed = [r for r in clear if r['alarm']]
     covered = [hit for r in rows for hit in r['covered']]
     return {
         'cases': len(rows), 'answered': wilson(len(said), len(rows)),
@@ -77,15 +72,20 @@ def score(labels, answers, classes=()):
         'coverage90': wilson(sum(covered), len(covered)),
         'wrong_and_confident': _share(rows, lambda r: not r['right']
                                       and r['probability'] > CONFIDENT),
-        'site_right': _share(with_site, lambda r: r['told_site'] == r['site']),
-        'sensor_right': _share(with_sensor, lambda r: r['told_sensor'] == r['channel']),
+        **{f'{kind}_right': _place(placed, kind)
+           for kind in ('site', 'sensor', 'side', 'mode', 'band', 'time')},
+        'closed_error': _closed(rows, answers, truths or {}),
+        'parameter_error': _errors(rows),
         'risk_coverage': _risk(rows),
+        'curves': curves(rows),
+        'confusion': _confusion(clear),
         'baseline_most_frequent': _most_frequent(rows),
+        **_cost(runs or {}),
         'failures': [r for r in rows if not r['right']],
     }
 
 
-def _row(name, label, a, same):
+def _row(name, label, a, same, duration_s):
     """Return what one case says, as plain data."""
     true = {e['name'] for e in label['effects']}
     kind = label['kind']
@@ -104,12 +104,16 @@ def _row(name, label, a, same):
         strict = right = a.outcome == 'UNEXPLAINED'
     else:
         strict, right = a.effects == true, bool(a.effects) and alike(a.effects)
-    covered = []
+    covered, errors = [], {}
     if kind == 'single' and strict:
-        for key, (low, high) in a.intervals.items():
-            value = first['parameters'].get(key.split('.')[-1])
-            if isinstance(value, (int, float)):
-                covered.append(bool(low <= value <= high))
+        for key, value in a.values.items():
+            at = first['parameters'].get(key.split('.')[-1])
+            if isinstance(at, (int, float)) and isinstance(value, (int, float)):
+                # a scale is nothing at 1, all else at 0
+                errors[key] = abs(value - at) / max(abs(at - key.endswith('.scale')), 1e-30)
+                if key in a.intervals:
+                    low, high = a.intervals[key]
+                    covered.append(bool(low <= at <= high))
     return {'name': name, 'kind': kind, 'true': sorted(true), 'd': d,
             'target': first.get('target', 0.0), 'outcome': a.outcome, 'told': sorted(a.effects),
             'parameters': [e['parameters'] for e in label['effects']],
@@ -117,14 +121,58 @@ def _row(name, label, a, same):
             'alarm': a.outcome in ('EXPLAINED', 'TIED', 'UNEXPLAINED'),
             'answered': a.outcome not in ('NO_ANSWER', 'TOO_LITTLE_DATA'),
             'top3': any(alike(told) for told in a.ranked[:3]), 'covered': covered,
-            'site': first.get('site', ''), 'told_site': a.site,
-            'channel': first.get('parameters', {}).get('channel', '')
-            if first.get('parameters', {}).get('channel') != 'all' else '',
-            'told_sensor': a.sensor}
+            'errors': errors,
+            'places': places(label, a, duration_s) if kind == 'single' else {}}
 
 
 def _share(rows, hit):
     return wilson(sum(bool(hit(r)) for r in rows), len(rows))
+
+
+def _place(rows, kind):
+    """Return how often a kind of place is right, and what guessing would give."""
+    told = [r['places'][kind] for r in rows if kind in r['places']]
+    chance = float(np.mean([c for _, c in told])) if told else None
+    return {**wilson(sum(hit for hit, _ in told), len(told)), 'chance': chance}
+
+
+def _closed(rows, answers, truths):
+    """Return the median |closed - closed by the true effect| of the named single effects."""
+    told = [{'off': abs(answers[r['name']].closed - truths[r['name']]['closed'])} for r in rows
+            if r['told'] and answers[r['name']].closed is not None
+            and (truths.get(r['name']) or {}).get('closed') is not None]
+    return _boot(told, lambda some: float(np.median([x['off'] for x in some])))
+
+
+def _errors(rows):
+    """Return the median relative error of each parameter of the strictly named effects."""
+    told = {}
+    for row in rows:
+        for key, error in row['errors'].items():
+            told.setdefault(key, []).append(error)
+    return {key: {'median': float(np.median(v)), 'total': len(v)}
+            for key, v in sorted(told.items())}
+
+
+def _confusion(rows):
+    """Return {true effect: {told: count}} of the detectable single effects."""
+    told = {}
+    for row in rows:
+        line = told.setdefault(row['true'][0], {})
+        word = '+'.join(row['told']) or row['outcome']
+        line[word] = line.get(word, 0) + 1
+    return told
+
+
+def _cost(runs):
+    """Return median, 95 % quantile and largest of seconds and peak memory."""
+    told = {}
+    for key in ('seconds', 'cpu_s', 'peak_mb'):
+        v = [run[key] for run in runs.values()]
+        if v:
+            told[key] = {'median': float(np.median(v)), 'q95': float(np.quantile(v, 0.95)),
+                         'largest': float(max(v)), 'total': len(v)}
+    return told
 
 
 def _macro(rows):

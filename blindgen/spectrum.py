@@ -16,6 +16,7 @@ GRID_BINS = np.concatenate([np.ones(2399), np.full(4600, 6.0)])
 # A free hub has poles at rest that no eigenvector basis spans; 1 mHz of attitude spring parts
 # them and is below the first bin.
 REST_HZ = 1e-3
+CHUNK = 8192
 
 
 def transfer(scenario, f=GRID_HZ, progress=0.5):
@@ -33,7 +34,6 @@ def transfer(scenario, f=GRID_HZ, progress=0.5):
 
 def spectrum(scenario, f=GRID_HZ):
     """Return the parts of S(f) that the loads and the sensors give, each (bins, 4, 4)."""
-    g = transfer(scenario, f)
     power = np.array([TORQUE_RMS, scenario.second_torque] + 20 * [PROCESS_RMS])**2
     weight = np.repeat((power * scenario.level**2)[None], len(f), axis=0)
     weight /= (1 + (f / scenario.corner_hz)**2)[:, None]
@@ -42,7 +42,11 @@ def spectrum(scenario, f=GRID_HZ):
         a = 1 - 2 * rate / RATE_HZ                # correlation of neighbouring samples
         z = np.exp(2j * np.pi * f / RATE_HZ)
         weight[:, 0] += torque**2 * (1 - a * a) / np.abs(1 - a / z)**2
-    s = (g * weight[:, None, :]) @ _h(g)
+    s = np.empty((len(f), 4, 4), dtype=complex)
+    for begin in range(0, len(f), CHUNK):        # a transfer of all bins is 0.3 GB
+        part = slice(begin, begin + CHUNK)
+        g = transfer(scenario, f[part])
+        s[part] = (g * weight[part, None, :]) @ _h(g)
     chain = sensor_chain(scenario, f)
     s = chain @ s @ _h(chain)
     if scenario.jitter_s:

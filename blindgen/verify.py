@@ -1,62 +1,60 @@
 # Licensed under the Apache License, Version 2.0.
-"""Check every hash of a revealed campaign, then score it: python -m blindgen.verify FOLDER."""
+"""Check every hash of a revealed campaign and score it, alone: python3 verify.py FOLDER."""
+import hashlib
+import json
 from pathlib import Path
 import sys
 
-from blindgen.campaign import answers_of
-from blindgen.score import score
-from blindgen.seal import (bag_name, canonical, hash_of_folder, leaf, merkle_root, read_json,
-                           salt_of, seed_of, sha, write_json)
+
+def sha(*parts):
+    """Return SHA-256 of bytes, texts and plain data in a row, hex."""
+    texts = (p if isinstance(p, (bytes, str)) else
+             json.dumps(p, sort_keys=True, separators=(',', ':')) for p in parts)
+    return hashlib.sha256(b''.join(t if isinstance(t, bytes) else t.encode() for t in texts)
+                          ).hexdigest()
 
 
-def faults(folder):
-    """Return what does not agree between commitment, bags, answers and reveal, as sentences."""
-    folder = Path(folder)
-    public, told = read_json(folder / 'commitment.json'), read_json(folder / 'reveal.json')
-    locked, labels = read_json(folder / 'answers.json'), told['labels']
-    found = []
-
-    def check(fine, sentence):
-        if not fine:
-            found.append(sentence)
-
-    seed = seed_of(public['commit'], told['nonce'])
-    check(sha(told['nonce']) == public['nonce_sha256'], 'the nonce is not the committed one')
-    check(told['seed'] == seed, 'the seed is not SHA-256(commit || nonce)')
-    check(sha(canonical(told['classes'])) == public['classes_sha256'],
-          'the equivalence classes are not the committed ones')
-    check(len(labels) == public['count'], 'there are more or fewer labels than cases')
-    check(set(labels) == {bag_name(seed, k) for k in range(public['count'])} == set(locked)
-          == set(public['bags']), 'the names are not those of the seed, the bags and the answers')
-    check(merkle_root([leaf(v['salt'], name, v['label']) for name, v in sorted(labels.items())])
-          == public['merkle_root'], 'the labels are not the committed ones')
-    for name, v in labels.items():
-        check(v['salt'] == salt_of(seed, name), f'{name}: its salt does not follow from the seed')
-    for name, value in public['bags'].items():
-        check(hash_of_folder(folder / 'bags' / name) == value, f'{name}: the bag has changed')
-    for name, value in locked.items():
-        path = folder / 'answers' / f'{name}.json'
-        now = sha(path.read_bytes()) if path.exists() else 'no answer'
-        check(now == value, f'{name}: the answer has changed since it was locked')
-    return found
+def faults(folder, public, locked, told):
+    """Yield what disagrees between commitment, bags, answers and reveal."""
+    labels, seed = told['labels'], sha(public['commit'], '||', told['nonce'])
+    level = [sha('leaf', sha(v['salt'], k, v['label'])) for k, v in labels.items()]
+    while len(level) > 1:
+        level = [sha('node', *pair) if pair[1:] else pair[0]
+                 for pair in (level[k:k + 2] for k in range(0, len(level), 2))]
+    names = {f'bag_{sha(seed, "name", str(k))[:12]}' for k in range(public['count'])}
+    yield from (text for fine, text in (
+        (sha(told['nonce']) == public['nonce_sha256'], 'the nonce is not the committed one'),
+        (told['seed'] == seed, 'the seed is not SHA-256(commit || nonce)'),
+        (sha(told['classes']) == public['classes_sha256'], 'the classes are others'),
+        (names == set(labels) == set(locked) == set(public['bags']), 'the names are others'),
+        (level == [public['merkle_root']], 'the labels are not the committed ones')) if not fine)
+    for k, v in labels.items():
+        bag, answer = folder / 'bags' / k, folder / 'answers' / f'{k}.json'
+        files = sorted(p for p in bag.rglob('*') if p.is_file())
+        parts = [(str(p.relative_to(bag)), '\0', sha(p.read_bytes())) for p in files]
+        if public['bags'].get(k) != sha(*sum(parts, ())):
+            yield f'{k}: the bag has changed'
+        if locked.get(k) != (sha(answer.read_bytes()) if answer.exists() else 'no answer'):
+            yield f'{k}: the answer has changed since it was locked'
 
 
 def main(folder):
-    """Print the faults and the main scores; return 1 when there is a fault."""
-    found = faults(folder)
-    for sentence in found:
-        print('FAULT', sentence)
-    told = read_json(Path(folder) / 'reveal.json')
-    scores = score({name: v['label'] for name, v in told['labels'].items()}, answers_of(folder),
-                   told['classes'])
-    write_json(Path(folder) / 'scores.json', scores)
-    for key, value in scores.items():
-        if isinstance(value, dict) and value.get('value') is not None:
-            print(f'{key:24s} {value["value"]:.3f}  [{value["low95"]:.3f}, {value["high95"]:.3f}]'
-                  f'  of {value["total"]}')
-    print(f'{len(found)} faults, {len(scores["failures"])} wrong answers; see scores.json')
-    return 1 if found else 0
+    """Print faults and, by kind of case, how many answers are strictly right; 1 for a fault."""
+    told = [json.loads((folder / f'{name}.json').read_text())
+            for name in ('commitment', 'answers', 'reveal')]
+    found, right = list(faults(folder, *told)), {}
+    for name, v in told[2]['labels'].items():
+        path, kind = folder / 'answers' / f'{name}.json', v['label']['kind']
+        a = json.loads(path.read_text()) if path.exists() else {}
+        named = a.get('outcome') in ('EXPLAINED', 'TIED')
+        said = sorted(a['verdict']['effects']) if named else a.get('outcome')
+        right.setdefault(kind, []).append(said == {
+            'none': 'WITHIN_FLOOR', 'outside': 'UNEXPLAINED'}.get(
+                kind, sorted(e['name'] for e in v['label']['effects'])))
+    print(*(f'FAULT {text}' for text in found), f'{len(found)} faults', *(
+        f'{kind:8s} {sum(v)} of {len(v)} strictly right' for kind, v in right.items()), sep='\n')
+    return bool(found)
 
 
 if __name__ == '__main__':
-    sys.exit(main(sys.argv[1]))
+    sys.exit(main(Path(sys.argv[1])))
