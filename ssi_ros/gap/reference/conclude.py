@@ -116,10 +116,11 @@ def _at_modes(nominal, fitted, where):
             z = fitted.x[at] / np.sqrt(np.maximum(np.diag(fitted.covariance)[at], 1e-300))
             weights = np.square(z).reshape(-1, count).sum(axis=0)
             shares = weights / weights.sum()
-            where['modes'] = sorted(({'frequency_hz': f, 'share': s,
-                                      'name': name_of(modes.shapes[:, i], nominal.channels)}
-                                     for i, (f, s) in enumerate(zip(modes.frequencies_hz, shares))),
-                                    key=lambda m: -m['share'])
+            names = [name_of(shape, nominal.channels) for shape in modes.shapes.T]
+            where['modes'] = sorted(
+                ({'frequency_hz': f, 'name': n, 'share': s}
+                 for f, n, s in zip(modes.frequencies_hz, names, shares)),
+                key=lambda m: -m['share'])
             where['sensors'] = [{'name': c, 'share': s} for c, s in zip(
                 nominal.channels, structural_shares(nominal, shares))]
 

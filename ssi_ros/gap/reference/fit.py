@@ -114,6 +114,10 @@ def fit(nominal, seen, n_one, n_two, forms=(), start=None, steps=STEPS):
     predicted = predict(nominal, forms, x)
     trust = nominal.trust
     best = log_likelihood(predicted, seen, n_one, n_two, trust)
+    if not np.isfinite(best):           # of other groups: more noise taken away than there is
+        x[1:] = 0.0
+        predicted = predict(nominal, forms, x)
+        best = log_likelihood(predicted, seen, n_one, n_two, trust)
     damping, weight = 1e-3, n_one * n_two / (n_one + n_two)
     information = np.eye(len(x))
     for _ in range(steps):

@@ -5,7 +5,8 @@ Without geometry an effect is a filter of the channels and a spectrum added to t
 
     S' = a [G (S - N) G^H + N + A] + nu N,
 
-with N the noise floor of the channels, which no effect filters; null at x = 0. One function an effect yields its forms, one for each place where it can act.
+with N the noise floor of the channels, which no effect filters; null at x = 0. One function an
+effect yields its forms, one for each place where it can act.
 """
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -199,10 +200,10 @@ def sensor_drift(nominal):
                 return None, _on_channel(n, c, x[0] * n.spectrum[0, c, c].real * shape)
             rms = np.sqrt(nominal.spectrum[0, c, c].real
                           * (1 + (2 * np.pi * tau * low) ** 2) / (4 * tau))
-            yield Form('sensor_drift', {'channel': name}, (
-                Number('rms_m_s2', 'm/s^2', 0.1, -0.5, 1e10,
-                       lambda x, rms=rms: rms * np.sqrt(max(x, 0.0))),), change,
-                f'slow noise of a time constant of about {tau:.2g} s')
+            number = Number('rms_m_s2', 'm/s^2', 0.1, -0.5, 1e10,
+                            lambda x, rms=rms: rms * np.sqrt(max(x, 0.0)))
+            yield Form('sensor_drift', {'channel': name}, (number,), change,
+                       f'slow noise of a time constant of about {tau:.2g} s')
 
 
 def timestamp_jitter(nominal):

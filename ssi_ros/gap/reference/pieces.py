@@ -42,7 +42,7 @@ class Cut:
 
     @property
     def bands(self):
-        """Number of bands b."""
+        """Return the number of bands b."""
         return len(self.chosen)
 
     @property
@@ -145,7 +145,8 @@ def plan(rows, rate_hz, channels):
     segments = rows // max(size, 1)
     # a mean of fewer than twice as many spectra as channels has no sound determinant
     bins = max(BAND_BINS, -(-usable // BANDS))
-    while size > 4 * bins and Cut(rate_hz, size, first, bins, (0,)).freedom(segments) < 2 * channels + 4:
+    while size > 4 * bins and (Cut(rate_hz, size, first, bins, (0,)).freedom(segments)
+                               < 2 * channels + 4):
         bins += 1
     if usable < 8 * bins:
         need = SEGMENTS * 2 * (8 * bins + 4) / rate_hz

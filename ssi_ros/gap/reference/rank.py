@@ -156,7 +156,8 @@ def posterior(ranked, nominal, p_value):
     best = ranked[0]
     left = max(best.deviations, 0.0) ** 2 / 2
     share = (best.value - best.floor) / max(nominal.value - nominal.floor, 1e-12)
-    left *= float(np.clip((share - best.tolerance) / 0.3, 0.0, 1.0)) if nominal.deviations > 3 else 1.0
+    if nominal.deviations > 3:
+        left *= float(np.clip((share - best.tolerance) / 0.3, 0.0, 1.0))
     none = nominal.worth - best.worth + np.log(max(p_value, 1e-300)) * (nominal.deviations < 3)
     logs = np.array([r.worth - best.worth for r in ranked] + [none, left - UNKNOWN])
     weights = np.exp(np.clip(logs - logs.max(), -700, 0))

@@ -87,8 +87,8 @@ def screen(nominal, base, one, two, forms, seed=0):
     scores = np.array(parts).T                      # (p, groups of both)
     weights = np.concatenate([one.weights, two.weights])
     split = len(one)
-    difference = _mean(scores[:, split:], weights[split:]) - _mean(scores[:, :split],
-                                                                  weights[:split])
+    difference = (_mean(scores[:, split:], weights[split:])
+                  - _mean(scores[:, :split], weights[:split]))
     theory = np.sqrt(1 / n_one + 1 / n_two)
     seen = np.sqrt(_variance(scores[:, :split], weights[:split])
                    + _variance(scores[:, split:], weights[split:]))

@@ -183,7 +183,8 @@ def line(one, two, cut, usual, level):
     seen, before = _fine(two, cut), _fine(one, cut)
     f_two, f_one = (np.fft.rfftfreq(len(v), 1 / cut.rate_hz) for v in (two, one))
     usable = (f_two > cut.ends_hz[0]) & (f_two < cut.ends_hz[1])
-    bands = np.clip(np.searchsorted(cut.middles_hz + cut.width_hz / 2, f_two[usable]), 0, cut.bands - 1)
+    ends = cut.middles_hz + cut.width_hz / 2
+    bands = np.clip(np.searchsorted(ends, f_two[usable]), 0, cut.bands - 1)
     scale = level * np.einsum('bii->bi', usual).real
     excess = (np.abs(seen[usable]) ** 2 / scale[bands]).mean(axis=1)
     fine = level * (np.abs(before) ** 2)
