@@ -10,6 +10,7 @@ import math
 import numpy as np
 
 from ssi_ros.identify.bands import plan_bands, Thinner
+from ssi_ros.identify.excitation import part_powers, remember, unevenness, why_lost
 from ssi_ros.identify.harmonics import label, look
 from ssi_ros.identify.lags import BLOCKS, Ring
 from ssi_ros.identify.modes import band_modes
@@ -85,7 +86,7 @@ class Monitor:
         self.waiting = np.empty((0, width))
         self.offset, self.wild = None, 0
         self.taken = 0                     # whole pieces taken in
-        self.tracks = Tracks()
+        self.tracks, self.heard = Tracks(), {}
 
     def push(self, values):
         """
@@ -191,8 +192,15 @@ class Monitor:
         rejected += double
         modes = self._labelled(kept, held_s)
         tracks, modes, births, deaths = track(self.tracks, modes)
+        powers = [part_powers(kept) for kept in self.kept]
+        missing = [t.mode for t in tracks.alive if t.missed]
+        reason = '; '.join(filter(None, (reason, why_lost(self.heard, missing, powers, self.bands),
+                                         unevenness(powers[0]) if live.any() else '')))
         if keep:
             self.tracks = tracks
+            alive = {t.mode.identity for t in tracks.alive}
+            heard = remember(self.heard, modes, powers, self.bands)
+            self.heard = {k: v for k, v in heard.items() if k in alive}
         return TracedWindow(start_ns, end_ns, modes, reason, tuple(rejected), births, deaths,
                             tuple(traces))
 

@@ -121,11 +121,26 @@ def toeplitz(values, rows, first):
     return view.reshape(rows * width, rows * width)
 
 
-def _square_root(values, rows):
+def missing_noise(covariances, rows):
+    """
+    Return what scattered missing samples add to the covariances, over the variance [1].
+
+    Where a share 1 - q of the pairs is lost at random, a lag of n pairs errs by
+    sqrt((1 / q - 1) / n), and the block Toeplitz matrix of such errors by sqrt(2 l i) times that.
+    Directions weaker than this hold errors, not motion; a run of missing samples loses no more
+    neighbours than one sample does. The estimate is ours.
+    """
+    own = np.diagonal(covariances.pairs[:2], axis1=1, axis2=2)
+    present = np.minimum(1.0, (own[1] + 1.0) / own[0]).min()
+    size = rows * own.shape[1]
+    return float(np.sqrt(2.0 * size * (1.0 / present ** 2 - 1.0) / own[0].min()))
+
+
+def _square_root(values, rows, lift):
     """Return W with W W^T = covariance of i successive samples, eq. (46)."""
     weight = toeplitz(values, rows, 0)
     unit = np.trace(weight) / len(weight)
-    w = _cholesky(weight, RIDGE * unit)
+    w = _cholesky(weight, (RIDGE + lift) * unit)
     if w is not None:
         return w
     # short records of slow modes: the estimate is not positive definite, so it is smoothed by a
@@ -172,15 +187,15 @@ def factorise(covariances, rows, rank, weighting='cva'):
         If the covariances of the window are not positive definite.
 
     """
-    t, w = weighted(covariances.values, rows, weighting)
+    t, w = weighted(covariances.values, rows, weighting, missing_noise(covariances, rows))
     return factors_of(*decompose(whiten(t, w), rank), w, covariances.values.shape[1])
 
 
-def weighted(values, rows, weighting):
+def weighted(values, rows, weighting, lift=0.0):
     """Return T, eq. (45), and the lower triangular W of its weight, eq. (46); None is W = I."""
     t = toeplitz(values, rows, rows)
     if weighting == 'cva':
-        return t, _square_root(values, rows)
+        return t, _square_root(values, rows, lift)
     if weighting == 'upc':
         return t, None
     raise ValueError(f'weighting={weighting!r} is not known; known: cva, upc')

@@ -15,9 +15,10 @@ from ssi_ros.identify.realise import (decompose, factors_of, noise_floor, poles_
 from threadpoolctl import ThreadpoolController
 
 BLAS = ThreadpoolController()
+CLEAR = 1.3             # times the edge of the noise: below it triplets change by themselves
 EXTRA = 8               # columns beyond the order: the leading ones converge the faster
 LACK = 3e-3             # sine of the angle that may remain, where noise does not reach
-FAR = 0.3               # a start that lacked so much is none
+FAR = 0.6               # a start that lacked so much is none
 STEPS = 2               # power steps before the whole decomposition
 
 
@@ -103,7 +104,7 @@ class SlidingSsiCov:
     def _poles(self):
         covariances = self.ring.covariances(self.hop_s)
         t, w = weighted(covariances.values, self.rows, self.weighting)
-        floor = noise_floor(self.rows, covariances.values.shape[1], covariances.counts)
+        floor = CLEAR * noise_floor(self.rows, covariances.values.shape[1], covariances.counts)
         found = self._renewed(t, w, floor)
         if found is None:
             self.whole += 1

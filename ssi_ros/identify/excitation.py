@@ -1,0 +1,108 @@
+"""
+Whether the structure was excited: why a mode was lost, and whether a window is of one piece.
+
+A mode that nothing excites cannot be seen; that is no death of the mode. Section 9 of
+docs/theory-identification.md.
+"""
+import numpy as np
+
+PARTS = 4               # the newest of so many parts of the window says what goes on now
+QUIET = 0.1             # of the power that a mode was seen with; below it the excitation stopped
+FORGET = 0.99           # a window; so the power that is remembered follows a slow decline
+UNEVEN = 20.0           # largest over smallest power of the parts, beyond which a window is uneven
+
+
+def part_powers(kept):
+    """
+    Return the power of every part of a window, summed over the channels.
+
+    Parameters
+    ----------
+    kept : sequence of ndarray, shape (n, l), [m/s^2]
+        The pieces of the window by rising time, NaN where missing.
+
+    Returns
+    -------
+    ndarray, shape (4,), [m^2/s^4]
+        NaN for a part without samples.
+
+    """
+    pieces, out = list(kept), np.full(PARTS, np.nan)
+    for k, own in enumerate(np.array_split(np.arange(len(pieces)), PARTS)):
+        rows = np.concatenate([pieces[j] for j in own]) if len(own) else np.empty((0, 1))
+        number = np.count_nonzero(~np.isnan(rows))
+        if number:
+            out[k] = np.nansum(rows ** 2) * rows.shape[1] / number
+    return out
+
+
+def band_of(frequency_hz, bands):
+    """Return the number of the lowest band that answers for a frequency."""
+    return max((k for k, b in enumerate(bands) if frequency_hz <= b.high_hz), default=0)
+
+
+def remember(heard, modes, powers, bands):
+    """
+    Return the power that every identity was seen with, in its band.
+
+    Parameters
+    ----------
+    heard : dict
+        Power by identity, from the window before.
+    modes : sequence of Mode
+        Of this window, with identities.
+    powers : sequence of ndarray
+        From `part_powers`, one a band.
+    bands : sequence of Band
+
+    Returns
+    -------
+    dict
+
+    """
+    out = dict(heard)
+    for m in modes:
+        now = np.nanmean(powers[band_of(m.frequency_hz, bands)])
+        out[m.identity] = max(now, FORGET * heard.get(m.identity, 0.0))
+    return out
+
+
+def why_lost(heard, missing, powers, bands):
+    """
+    Say which missing modes are missing because the excitation stopped.
+
+    Parameters
+    ----------
+    heard, powers, bands
+        See `remember`.
+    missing : sequence of Mode
+        The last sight of every identity that this window lacks.
+
+    Returns
+    -------
+    str
+        Empty if there is none.
+
+    """
+    lost = []
+    for m in missing:
+        before, now = heard.get(m.identity), powers[band_of(m.frequency_hz, bands)][-1]
+        if before and now < QUIET * before:
+            lost.append((m, now / before))
+    if not lost:
+        return ''
+    names = ', '.join(f'{m.identity} ({m.frequency_hz:.3f} Hz)' for m, _ in lost)
+    least, most = min(r for _, r in lost), max(r for _, r in lost)
+    share = f'{100 * most:.2g} %' if most < 1.5 * least else (
+        f'{100 * least:.2g} to {100 * most:.2g} %')
+    return (f'not excited: mode {names} not seen, and the power of the band is {share} of what it '
+            'was: the excitation stopped, the structure may be unchanged')
+
+
+def unevenness(powers):
+    """Return what is wrong with a window whose parts differ, '' where they are alike."""
+    seen = powers[np.isfinite(powers)]
+    if len(seen) < 2 or seen.max() <= UNEVEN * seen.min():
+        return ''
+    return (f'the excitation is not stationary: its power changes '
+            f'{min(seen.max() / max(seen.min(), 1e-300), 1e9):.0f} times within the window')
