@@ -141,7 +141,7 @@ def separate_by(names):
 def _explanation(ranked, probability, before, scores, signs, settings):
     candidate = ranked.fit.candidate
     stds = np.sqrt(np.maximum(np.diag(ranked.fit.covariance), 0.0))
-    told = {s.effect.name: s.stds for s in signs}
+    told = {s.effect.name: s.stds for s in signs if hasattr(s, 'effect')}
     parameters = {}
     moved = list(candidate.numbers())
     for i, e in enumerate(candidate.effects):

@@ -20,7 +20,7 @@ from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.gap.spectra import make_frame, spectra
 from ssi_ros.gap.symptoms import symptoms
 from ssi_ros.gap.tolerance import tolerances
-from ssi_ros.gap.torque import reconstruct, torque_signs
+from ssi_ros.gap.torque import odd_signs, reconstruct, torque_signs
 from ssi_ros.gap.where import locate
 
 SCORES_SHARE = 0.65     # of the false alarms allowed, that the scores may make
@@ -86,19 +86,22 @@ def diagnose(spacecraft, samples, settings=DiagnosisSettings(), *, effects=None,
     part = longest_part(samples)
     # a sweep is one over the whole record
     sought = tuple(n for n in wanted if n != 'wheel_speed_sweep' or part is samples)
-    signs = symptoms(raw) + torque_signs(reconstruct(simulator, nominal, part, settings),
-                                             sought)
-    signs = tuple(s for s in signs if s.effect.name in wanted)
+    torque = reconstruct(simulator, nominal, part, settings)
+    signs = tuple(s for s in symptoms(raw) + torque_signs(torque, sought)
+                  if s.effect.name in wanted)
+    # a missing row is a hole, which looks like a spike on all channels
+    whole = not np.isnan(part.values).any()
+    odd = odd_signs(torque, samples.channels) if whole else ()
     meter = measure(nominal.model, evidence, settings.band_bins)
     gap = {'before': meter.value, 'floor': meter.floor, 'floor_std': meter.floor_std,
-           'p_value': _together(scores.p_value(), meter.deviations, signs)}
+           'p_value': _together(scores.p_value(), meter.deviations, signs + odd)}
     where = locate(simulator, nominal.model, evidence, settings)
     tell(0.4)
     if wrong:
         # whatever else is said of such a record: its level is not that of the model
-        return wrong_level(wrong, gap, where, scores, signs)
+        return wrong_level(wrong, gap, where, scores, signs + odd)
     if gap['p_value'] > settings.false_alarm:
-        return no_gap(gap, where, signs)
+        return no_gap(gap, where, signs + odd)
     search = Search(simulator, evidence, settings, nominal, tolerance, names,
                     lambda share: tell(0.4 + 0.3 * share))
     ranked = search.singles(scores, signs)
@@ -110,13 +113,14 @@ def diagnose(spacecraft, samples, settings=DiagnosisSettings(), *, effects=None,
         more = torque_signs(torque, others) + tuple(
             s for s in symptoms(raw) if s.effect.name in others)
         meter = measure(best.fit.model, evidence, settings.band_bins)
-        left = _together(rest.p_value(), meter.deviations, more)
+        odd = odd_signs(torque, samples.channels) if whole else ()
+        left = _together(rest.p_value(), meter.deviations, more + odd)
         if left < DOUBT:
             # perhaps only the expected spectrum of the candidate is not exact
             floor = floor_by_simulation(simulator, best.fit, templates, tolerance, settings,
-                                        tuple(s.effect.name for s in more))
-            rest, deviations, more = floor.against(rest, meter, more)
-            left = _together(rest.p_value(), deviations, more)
+                                        tuple(s.effect.name for s in more), bool(odd))
+            rest, deviations, more, odd = floor.against(rest, meter, more, odd)
+            left = _together(rest.p_value(), deviations, more + odd)
         return rest, more, left
 
     left = 0.0
@@ -139,7 +143,7 @@ def diagnose(spacecraft, samples, settings=DiagnosisSettings(), *, effects=None,
     controls = [try_held_out(simulator, evidence, r, settings, tolerance)
                 for r in [Ranked(nominal)] + search.at_random(templates, ranked)]
     tell(1.0)
-    return conclude(ranked, before, left, gap, where, scores, signs, settings, len(names),
+    return conclude(ranked, before, left, gap, where, scores, signs + odd, settings, len(names),
                     controls)
 
 

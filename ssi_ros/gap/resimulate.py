@@ -14,7 +14,7 @@ from ssi_ros.gap.likelihood import Evidence
 from ssi_ros.gap.meter import measure
 from ssi_ros.gap.scores import score
 from ssi_ros.gap.spectra import spectra
-from ssi_ros.gap.torque import reconstruct, torque_signs
+from ssi_ros.gap.torque import odd_signs, reconstruct, torque_signs
 
 RECORDS = 5
 REFIT_STEPS = 3
@@ -33,7 +33,7 @@ class Floor:
     deviations : float
         Mean of the meter, in standard deviations of its floor from theory.
     signs : tuple of str
-        Effects whose signs at least two records show.
+        Signs, by effect or name, that at least two records show.
 
     """
 
@@ -41,15 +41,16 @@ class Floor:
     deviations: float
     signs: tuple
 
-    def against(self, scores, meter, signs):
-        """Return scores, deviations of the meter, and signs of a record, against this floor."""
+    def against(self, scores, meter, signs, odd):
+        """Return scores, deviations of the meter, and both kinds of signs, against this floor."""
         spread = np.sqrt(1 + 1 / RECORDS)
         return (replace(scores, z=(scores.z - self.z) / spread),
                 (meter.deviations - self.deviations) / spread,
-                tuple(s for s in signs if s.effect.name not in self.signs))
+                tuple(s for s in signs if s.effect.name not in self.signs),
+                tuple(s for s in odd if s.name not in self.signs))
 
 
-def floor_by_simulation(simulator, best, templates, tolerance, settings, names):
+def floor_by_simulation(simulator, best, templates, tolerance, settings, names=(), odd=False):
     """
     Simulate a fitted candidate and look at what it leaves of its own records.
 
@@ -63,6 +64,8 @@ def floor_by_simulation(simulator, best, templates, tolerance, settings, names):
         As for the record.
     names : sequence of str
         Effects whose signs are looked for.
+    odd : bool
+        Whether signs of nothing in the library are looked for too.
 
     Returns
     -------
@@ -79,9 +82,10 @@ def floor_by_simulation(simulator, best, templates, tolerance, settings, names):
         again = fit(simulator, evidence, best.candidate, best.levels, REFIT_STEPS, tolerance)
         z.append(score(templates, again, evidence, tolerance).z)
         deviations.append(measure(again.model, evidence, settings.band_bins).deviations)
-        if names:
-            seen += [s.effect.name for s in torque_signs(
-                reconstruct(simulator, again, samples, settings), names)]
+        if names or odd:
+            torque = reconstruct(simulator, again, samples, settings)
+            seen += [s.effect.name for s in torque_signs(torque, names)]
+            seen += [s.name for s in odd_signs(torque, samples.channels)] if odd else []
     return Floor(np.mean(z, axis=0), float(np.mean(deviations)),
                  tuple(n for n in set(seen) if seen.count(n) > 1))
 

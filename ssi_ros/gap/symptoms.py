@@ -36,6 +36,15 @@ class Symptom:
     stds: dict = field(default_factory=dict)
 
 
+@dataclass(frozen=True)
+class Oddity:
+    """A sign of something that is not in the library: its name, p-value and text."""
+
+    name: str
+    p_value: float
+    text: str
+
+
 def within(cls, **values):
     """Return an effect with its quantities kept inside their declared ranges."""
     ranges = {f.name: f.metadata for f in cls.numbers()}

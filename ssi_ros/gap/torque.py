@@ -8,12 +8,12 @@ it, eq. (106) to (110): the whole record is searched coherently.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import norm
+from scipy.stats import gamma, norm
 
 from ssi_ros.effects import effect_class
 from ssi_ros.gap.spectra import spectra, whole_frame
 from ssi_ros.gap.sweeps import sweep
-from ssi_ros.gap.symptoms import Symptom, within
+from ssi_ros.gap.symptoms import Oddity, Symptom, within
 
 SURE = 0.01             # p-value above which nothing is reported
 EDGE_S = 1.0            # on which the taper rises and falls at the ends of the record
@@ -45,6 +45,13 @@ class Torque:
         What a torque spectrum of 1 adds to it, sqrt(h^H S^-1 h).
     taper : ndarray, shape (rows,)
         Weights of the samples, of sum of squares 1.
+    beside : ndarray, shape (k, l)
+        What no torque explains, seen as a disturbance of each channel: P Y over the root of its
+        diagonal, P = S^-1 - S^-1 h h^H S^-1 / h^H S^-1 h.
+    beside_gain : ndarray, shape (k, l)
+        What a disturbance of 1 on a channel adds to it.
+    power : ndarray, shape (k,)
+        Y^H P Y, of l - 1 degrees of freedom.
 
     """
 
@@ -54,12 +61,16 @@ class Torque:
     values: np.ndarray
     gain: np.ndarray
     taper: np.ndarray
+    beside: np.ndarray
+    beside_gain: np.ndarray
+    power: np.ndarray
 
-    def series(self, weight=1.0):
+    def series(self, weight=1.0, values=None):
         """Return the time series of weighted values, of unit variance, shape (rows,)."""
         full = np.zeros(self.rows // 2 + 1, complex)
         weight = np.broadcast_to(weight, self.values.shape)
-        full[self.first:self.first + len(self.values)] = self.values * weight
+        values = self.values if values is None else values
+        full[self.first:self.first + len(self.values)] = values * weight
         return np.fft.irfft(full, self.rows) * (
             self.rows / np.sqrt(2 * np.sum(weight ** 2)) / (self.taper * np.sqrt(self.rows)))
 
@@ -92,19 +103,27 @@ def reconstruct(simulator, fitted, samples, settings):
     """
     frame = whole_frame(len(samples.values), samples.rate_hz, settings, EDGE_S,
                         ~np.isnan(samples.values).any(axis=1))
-    row, gain = torque_filter(simulator, fitted.candidate, fitted.levels, frame)
-    values = np.einsum('kj,kj->k', row, spectra(samples, frame)[0]) / gain
-    return Torque(samples.rate_hz, frame.rows, frame.first, values, gain, frame.taper)
+    row, gain, inverse = torque_filter(simulator, fitted.candidate, fitted.levels, frame)
+    spectrum = spectra(samples, frame)[0]
+    values = np.einsum('kj,kj->k', row, spectrum) / gain
+    rest = np.einsum('kij,kj->ki', inverse, spectrum) - (
+        row.conj() * (values / gain)[:, None])
+    own = np.sqrt(np.maximum(np.einsum('kii->ki', inverse).real
+                             - np.abs(row) ** 2 / gain[:, None] ** 2, 1e-300))
+    power = np.einsum('ki,ki->k', spectrum.conj(), rest).real
+    return Torque(samples.rate_hz, frame.rows, frame.first, values, gain, frame.taper, rest / own,
+                  own, power)
 
 
 def torque_filter(simulator, candidate, levels, frame):
     """
-    Return h^H S^-1 and sqrt(h^H S^-1 h) for every bin of a frame of one piece.
+    Return h^H S^-1, sqrt(h^H S^-1 h) and S^-1 for every bin of a frame of one piece.
 
     Returns
     -------
     row : ndarray, shape (k, l)
     gain : ndarray, shape (k,)
+    inverse : ndarray, shape (k, l, l)
 
     """
     whole = type(simulator)(simulator.spacecraft, frame, simulator.duration_s, simulator.present)
@@ -114,7 +133,7 @@ def torque_filter(simulator, candidate, levels, frame):
     h = system.transfer(frame.frequencies_hz, system.rate_hz)[
         :, :, system.inputs.index('torque_x')]
     row = np.einsum('ki,kij->kj', h.conj(), inverse)
-    return row, np.sqrt(np.einsum('kj,kj->k', row, h).real)
+    return row, np.sqrt(np.einsum('kj,kj->k', row, h).real), inverse
 
 
 def torque_signs(torque, names):
@@ -126,6 +145,42 @@ def torque_signs(torque, names):
              'wheel_speed_sweep': lambda: sweep(torque)}
     found = [test() for name, test in tests.items() if name in names]
     return tuple(s for s in found if s is not None)
+
+
+def odd_signs(torque, channels):
+    """
+    Return signs that no effect of the library makes: lines and spikes that are not of the torque.
+
+    Parameters
+    ----------
+    torque : Torque
+        Of a record without missing rows.
+    channels : sequence of str
+        Their names.
+
+    Returns
+    -------
+    tuple of Oddity
+
+    """
+    if len(channels) < 2:
+        return ()
+    found = []
+    chances = gamma.sf(torque.power, len(channels) - 1)
+    best = int(np.argmin(chances))
+    p = float(min(1.0, 1.5 * len(chances) * chances[best]))
+    if p < SURE:
+        at = (torque.first + best) * torque.rate_hz / torque.rows
+        found.append(Oddity('a line beside the torque', p,
+                            f'a line at {at:.5g} Hz that no torque makes'))
+    for i, channel in enumerate(channels):
+        gain = torque.beside_gain[:, i]
+        unit = torque.series(gain, torque.beside[:, i])[torque.inside]
+        p, height, count, _ = _pulse_likelihood(torque, unit, gain)
+        if p * len(channels) < SURE:
+            found.append(Oddity(f'spikes of {channel}', float(p * len(channels)),
+                                f'about {count[0]:.0f} spikes on {channel} of {height[0]:.1f} sd'))
+    return tuple(found)
 
 
 def line(torque):
@@ -183,8 +238,25 @@ def pulses(torque, swings=None):
     unit = torque.series(torque.gain)[torque.inside]
     if swings is not None:
         unit = unit / _level(unit, swings.effect.period_s * torque.rate_hz)
+    p, (height, height_std), (count, count_std), quiet = _pulse_likelihood(
+        torque, unit, torque.gain)
+    if p > SURE:
+        return None
+    through = np.sqrt(2 * np.sum(torque.gain ** 2)) * torque.taper.max()
+    impulse = quiet / through / torque.rate_hz
+    per_min = 60 / (len(unit) / torque.rate_hz)
+    return Symptom(within(
+        effect_class('impulsive_events'), rate_per_min=per_min * count,
+        impulse_n_m_s=impulse * height), p,
+        f'about {count:.0f} pulses of {impulse * height:.3g} N m s',
+        {'rate_per_min': per_min * max(count_std, np.sqrt(count)),
+         'impulse_n_m_s': impulse * max(height_std, 1 / np.sqrt(count))})
+
+
+def _pulse_likelihood(torque, unit, gain):
+    """Return p-value, height and count with their spreads, and the scale of the quiet series."""
     spectrum = np.zeros(torque.rows // 2 + 1)
-    spectrum[torque.first:torque.first + len(torque.gain)] = torque.gain ** 2
+    spectrum[torque.first:torque.first + len(gain)] = gain ** 2
     ring = np.fft.irfft(spectrum, torque.rows)
     # the pulses themselves have raised the levels that the unit was taken from
     quiet = float(np.sqrt(np.mean(np.minimum(unit ** 2, 9.0)) / 0.97))
@@ -201,21 +273,9 @@ def pulses(torque, swings=None):
         row[:] = (np.log1p(counts[:, None] * density).sum(axis=1)
                   - counts * norm.sf(LEAST_PEAK - height))
     p = float(min(1.0, 4 * np.exp(-values.max())))
-    if p > SURE:
-        return None
     # few pulses of one height and more of a smaller one look alike: means over all that fit
     weights = np.exp(values - values.max())
-    height, height_std = _moments(sizes, weights.sum(axis=1))
-    count, count_std = _moments(counts, weights.sum(axis=0))
-    through = np.sqrt(2 * np.sum(torque.gain ** 2)) * torque.taper.max()
-    impulse = quiet / through / torque.rate_hz
-    per_min = 60 / (len(unit) / torque.rate_hz)
-    return Symptom(within(
-        effect_class('impulsive_events'), rate_per_min=per_min * count,
-        impulse_n_m_s=impulse * height), p,
-        f'about {count:.0f} pulses of {impulse * height:.3g} N m s',
-        {'rate_per_min': per_min * max(count_std, np.sqrt(count)),
-         'impulse_n_m_s': impulse * max(height_std, 1 / np.sqrt(count))})
+    return (p, _moments(sizes, weights.sum(axis=1)), _moments(counts, weights.sum(axis=0)), quiet)
 
 
 def _moments(values, weights):

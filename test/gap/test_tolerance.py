@@ -69,7 +69,7 @@ def test_floor_by_simulation_is_the_floor_where_the_spectrum_is_exact(simulator)
     best = fit(simulator, evidence)
     templates = make_templates(simulator, [parse_effect('sensor_gain:channel=e1_a,scale=1.002'),
                                            parse_effect('damping_scale:scale=1.1')])
-    floor = floor_by_simulation(simulator, best, templates, free, DiagnosisSettings(), ())
+    floor = floor_by_simulation(simulator, best, templates, free, DiagnosisSettings())
     # the mean of five standard scores: 5 sd
     assert np.all(np.abs(floor.z) < 5 / np.sqrt(5)) and abs(floor.deviations) < 5 / np.sqrt(5)
     louder = at_levels(simulator.spacecraft, np.array([4.0, 9.0, 1.0]))
