@@ -56,7 +56,7 @@ def simulator(bench, **more):
     """Start the simulator of the record."""
     bench.processes.start('simulator', 'simulator', **{
         'effects': [EFFECT], 'seed': SEED, 'start_s': START_S, 'duration_s': SECONDS,
-        'speed': 20.0, 'reliable': True, 'wait_for_subscribers': 1, **more})
+        'speed': 10.0, 'reliable': True, 'wait_for_subscribers': 1, **more})
 
 
 def compare(messages, offline):
@@ -104,7 +104,7 @@ def test_replay_is_offline(bench, tmp_path, record, offline):
     """A bag of the record, played by the player node, gives the same updates."""
     write_samples(tmp_path / 'bag', record)
     where = gap_node(bench)
-    bench.processes.start('player', 'player', bag=tmp_path / 'bag', rate=20.0, reliable=True,
+    bench.processes.start('player', 'player', bag=tmp_path / 'bag', rate=10.0, reliable=True,
                           wait_for_subscribers=1, topics=['/accelerometer/.*'])
     bench.wait(lambda: len(where) == len(offline), PREPARED_S)
     compare(where, offline)
