@@ -18,17 +18,20 @@ class Truth:
     shapes: np.ndarray
 
 
-def modal_record(truth, duration_s, seed, noise=0.05):
+def modal_record(truth, duration_s, seed, noise=0.05, common=0.0):
     """
-    Simulate modes under independent white forces; accelerations, shape (n, 4).
+    Simulate modes under white forces; accelerations, shape (n, 4).
 
     Every mode is stepped exactly for a force that is held over a sample. The noise is `noise`
-    times the rms of a channel, as in the comparison from which the peers' times are known.
+    times the rms of a channel, as in the comparison from which the peers' times are known. All
+    forces have `common` as their correlation: only then are the covariances of a close pair not
+    symmetric, and transposed lags seen.
     """
     rng = np.random.default_rng(seed)
     n, dt = int(duration_s * RATE_HZ), 1.0 / RATE_HZ
     warm = int(3.0 / (truth.damping_ratio * 2.0 * np.pi * truth.frequency_hz).min() * RATE_HZ)
     values = np.zeros((n, truth.shapes.shape[1]))
+    shared = rng.standard_normal(n + warm)
     for f, xi, shape in zip(truth.frequency_hz, truth.damping_ratio, truth.shapes):
         w = 2.0 * np.pi * f
         mu = np.exp((-xi * w + 1j * w * np.sqrt(1.0 - xi ** 2)) * dt)
@@ -40,7 +43,8 @@ def modal_record(truth, duration_s, seed, noise=0.05):
                                          * np.sin(w * np.sqrt(1.0 - xi ** 2) * dt))
         top = [1.0, turned + p - 1.0, -(turned + p)]
         # an equal acceleration from every mode
-        force = rng.standard_normal(n + warm) * np.sqrt(xi / w)
+        force = np.sqrt(xi / w) * (np.sqrt(common) * shared + np.sqrt(1.0 - common)
+                                   * rng.standard_normal(n + warm))
         values += np.outer(lfilter(top, [1.0, p, q], force)[warm:], shape)
     return values + noise * values.std(axis=0) * rng.standard_normal(values.shape)
 
