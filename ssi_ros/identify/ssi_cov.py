@@ -39,6 +39,22 @@ def ssi_cov(values, rate_hz, block_rows=50, orders=range(2, 61, 2), weighting='c
         For a record that cannot serve the block rows or the orders.
 
     """
+    values, orders = checked(values, block_rows, orders)
+    covariances = output_covariances(values, 2 * block_rows - 1, rate_hz)
+    if not (covariances.scale > 0.0).all():
+        raise ValueError('channels '
+                         f'{np.flatnonzero(~(covariances.scale > 0.0)).tolist()} are constant or '
+                         'hold no number; leave them out')
+    try:
+        factors = factorise(covariances, block_rows, max(orders), weighting)
+    except np.linalg.LinAlgError as error:
+        raise ValueError(f'the record cannot be factorised: {error}') from error
+    rank = len(factors.singular_values)
+    return poles_of(factors, [k for k in orders if k <= rank], rate_hz, covariances.scale)
+
+
+def checked(values, block_rows, orders):
+    """Return the record and the orders, or say what is wrong with them."""
     values = np.asarray(values, dtype=float)
     if values.ndim != 2:
         raise ValueError(f'values of shape {values.shape} given; (n, l) is needed, one column a '
@@ -52,14 +68,4 @@ def ssi_cov(values, rate_hz, block_rows=50, orders=range(2, 61, 2), weighting='c
         raise ValueError(f'orders {orders[:1]} to {orders[-1:]} given; 1 to {most} = '
                          '(block_rows - 1) * channels are possible: raise block_rows or lower '
                          'the orders')
-    covariances = output_covariances(values, 2 * block_rows - 1, rate_hz)
-    if not (covariances.scale > 0.0).all():
-        raise ValueError('channels '
-                         f'{np.flatnonzero(~(covariances.scale > 0.0)).tolist()} are constant or '
-                         'hold no number; leave them out')
-    try:
-        factors = factorise(covariances, block_rows, max(orders), weighting)
-    except np.linalg.LinAlgError as error:
-        raise ValueError(f'the record cannot be factorised: {error}') from error
-    rank = len(factors.singular_values)
-    return poles_of(factors, [k for k in orders if k <= rank], rate_hz, covariances.scale)
+    return values, orders
