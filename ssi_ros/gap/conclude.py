@@ -25,7 +25,7 @@ def no_gap(gap, where, signs):
 
 
 def wrong_level(reason, gap, where, scores, signs):
-    """Return the answer where the level alone says that record and model do not belong together."""
+    """Return the answer where the level alone says that record and model do not fit."""
     unknown = Explanation(('unknown',), 1.0, ('unknown',), {}, gap['before'], *NOWHERE, False)
     return Diagnosis('UNEXPLAINED', reason, gap, {**where, 'site': _sites(scores, (), ())},
                      (unknown,), {'effects': (), 'class': (), 'probability': 0.0}, (),
@@ -93,8 +93,8 @@ def conclude(ranked, before, left, gap, where, scores, signs, settings, effects,
                'probability': float(sum(e.probability for e in tied))}
     if none > DOUBTFUL:
         outcome = 'WITHIN_FLOOR'
-        reason = (f'p = {gap["p_value"]:.2g}, but no effect explains the record better than chance '
-                  f'does; the nearest is {" + ".join(top.effects)}')
+        reason = (f'p = {gap["p_value"]:.2g}, but no effect explains the record better than '
+                  f'chance does; the nearest is {" + ".join(top.effects)}')
         verdict = {'effects': (), 'class': (), 'probability': none}
     elif not inside:
         share = f'{100 * top.closed:.0f} %' if np.isfinite(top.closed) else 'an unknown share'

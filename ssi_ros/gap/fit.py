@@ -14,6 +14,7 @@ STEPS = 12
 ENOUGH = 0.02           # gain of the log likelihood below which a fit stops
 PROBE = 1e-3            # share of the coordinate's scale for a difference quotient
 EXCITATION_STD = 1.4    # of the logarithm of a power that is not known: 6 dB
+LEAST_INFORMATION = 1e-4    # of a number in units of its scale: a hundred scales wide
 FAR = 5.0               # standard deviations of a level, beyond which it is no nuisance
 NOISE_STD = 0.7         # and of the noise of a sensor: 3 dB
 LONGEST = 1.5           # step of a logarithm
@@ -141,11 +142,18 @@ def fit(simulator, evidence, candidate=Candidate(), levels=None, steps=STEPS, to
             damping = min(10 * damping + 1e-3, 1e6)
         if gain < ENOUGH:
             break
-    inverse = np.linalg.pinv(information, hermitian=True)
+    inverse = _covariance(information, caps)
     shares = tuple(np.exp(g) * s for g, s in zip(here.logs, here.now.shares))
     return Fit(candidate, np.exp(here.logs), here.value,
                tolerance.corrected(here.model, here.seen), here.model, shares,
                inverse[len(logs):, len(logs):])
+
+
+def _covariance(information, scales):
+    """Invert an information; a direction without any has a variance of many scales, not none."""
+    values, vectors = np.linalg.eigh(information * np.outer(scales, scales))
+    spread = vectors * (scales[:, None] / np.sqrt(np.maximum(values, LEAST_INFORMATION)))
+    return spread @ spread.T
 
 
 class _Place:

@@ -52,6 +52,8 @@ class Torque:
         What a disturbance of 1 on a channel adds to it.
     power : ndarray, shape (k,)
         Y^H P Y, of l - 1 degrees of freedom.
+    missing : ndarray of bool, shape (rows,)
+        Rows that are not there, with their neighbours: a hole is neither pulse nor calm.
 
     """
 
@@ -64,6 +66,7 @@ class Torque:
     beside: np.ndarray
     beside_gain: np.ndarray
     power: np.ndarray
+    missing: np.ndarray
 
     def series(self, weight=1.0, values=None):
         """Return the time series of weighted values, of unit variance, shape (rows,)."""
@@ -101,8 +104,8 @@ def reconstruct(simulator, fitted, samples, settings):
     Torque
 
     """
-    frame = whole_frame(len(samples.values), samples.rate_hz, settings, EDGE_S,
-                        ~np.isnan(samples.values).any(axis=1))
+    missing = np.isnan(samples.values).any(axis=1)
+    frame = whole_frame(len(samples.values), samples.rate_hz, settings, EDGE_S, ~missing)
     row, gain, inverse = torque_filter(simulator, fitted.candidate, fitted.levels, frame)
     spectrum = spectra(samples, frame)[0]
     values = np.einsum('kj,kj->k', row, spectrum) / gain
@@ -112,7 +115,7 @@ def reconstruct(simulator, fitted, samples, settings):
                              - np.abs(row) ** 2 / gain[:, None] ** 2, 1e-300))
     power = np.einsum('ki,ki->k', spectrum.conj(), rest).real
     return Torque(samples.rate_hz, frame.rows, frame.first, values, gain, frame.taper, rest / own,
-                  own, power)
+                  own, power, np.convolve(missing, np.ones(3), mode='same') > 0)
 
 
 def torque_filter(simulator, candidate, levels, frame):
@@ -235,7 +238,7 @@ def pulses(torque, swings=None):
     Symptom or None
 
     """
-    unit = torque.series(torque.gain)[torque.inside]
+    unit = np.where(torque.missing, 0.0, torque.series(torque.gain))[torque.inside]
     if swings is not None:
         unit = unit / _level(unit, swings.effect.period_s * torque.rate_hz)
     p, (height, height_std), (count, count_std), quiet = _pulse_likelihood(
@@ -306,7 +309,8 @@ def swing(torque):
     unit = torque.series()[torque.inside]
     # The mean magnitude follows the level in a straight line, and minds pulses less than power.
     level = np.minimum(np.abs(unit), MAGNITUDE * np.median(np.abs(unit)))
-    level = level / level.mean()
+    there = ~torque.missing[torque.inside]
+    level = np.where(there, level / level[there].mean(), 1.0)
     count = len(level)
     longest = count / torque.rate_hz / SLOWEST
     block = max(1, int(torque.rate_hz / 8))     # means over an eighth of a second are enough

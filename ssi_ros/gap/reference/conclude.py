@@ -131,7 +131,7 @@ def _sites(ranked, shares):
         for name in r.names:
             sites[effect_class(name).site.value] += float(p) / len(r.names)
     total = sum(sites.values())
-    return {s: v / total if total > 1e-12 else 0.0 for s, v in sites.items()}
+    return {s: v / total if total > 0.0 else 0.0 for s, v in sites.items()}
 
 
 def _separate_by(names):

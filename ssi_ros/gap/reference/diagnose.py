@@ -15,7 +15,7 @@ from ssi_ros.gap.reference.joint import joint, OTHER_LEVEL
 from ssi_ros.gap.reference.nominal import make_nominal
 from ssi_ros.gap.reference.pair import make_pair
 from ssi_ros.gap.reference.pieces import plan, silent, Spectra, spectra_of
-from ssi_ros.gap.reference.rank import closed, MODAL, SURE, try_held_out
+from ssi_ros.gap.reference.rank import closed, EXACT, MODAL, SURE, try_held_out
 from ssi_ros.gap.reference.screen import screen
 from ssi_ros.gap.reference.where import locate
 from ssi_ros.gap.settings import DiagnosisSettings
@@ -102,7 +102,8 @@ def _diagnose(reference, record, settings, names, pairs, tell):
     dependence = amplitude_dependence(pair.record, cut.rate_hz, nominal.modes)
     joints, texts_joint = joint(nominal, base, one, two, pair, dependence, names)
     tell(0.4)
-    bonuses = {s.effect: min(SURE, -np.log(max(s.p_value, 1e-300))) for s in signs}
+    bonuses = {s.effect: EXACT if s.p_value <= look.NEVER else min(SURE, -np.log(s.p_value))
+               for s in signs}
     forms = [of_line(s, cut, pair.channels) if s.effect == 'harmonic_disturbance'
              else of_sign(s, pair, cut, one.mean) for s in signs
              if s.effect != 'stiffness_drift']

@@ -10,7 +10,8 @@ from ssi_ros.gap.reference.fit import fit, Fitted, log_likelihood, predict
 REFIT_STEPS = 3
 BLOCK = 8               # bands that the bootstrap keeps together
 DRAWS = 400
-SURE = 30.0             # log odds of a sign that cannot be chance
+SURE = 30.0             # log odds of a statistic that cannot be chance
+EXACT = 300.0           # and of a sign that is read off the samples themselves
 MODAL = 0.1             # share of the gap that a modal form may leave
 LINEARISED = 0.5        # and the equivalent linear form of a joint that its signs tell
 UNKNOWN = 12.0          # log odds that the unknown pays: it fits anything

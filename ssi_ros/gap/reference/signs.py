@@ -208,7 +208,7 @@ def line(one, two, cut, usual, level):
     return Sign('harmonic_disturbance', {'shape': tuple(vector)}, {
         'frequency_hz': (frequency, 'Hz'),
         'acceleration_m_s2': (float(np.linalg.norm(vector)), 'm/s^2')},
-        float(max(chance[best], NEVER)), f'a line at {frequency:.5g} Hz')
+        float(max(chance[best], 10 * NEVER)), f'a line at {frequency:.5g} Hz')
 
 
 def _fine(values, cut):
