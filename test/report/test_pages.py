@@ -3,6 +3,7 @@ import base64
 from dataclasses import replace
 import gzip
 import json
+import os
 import re
 
 import browser
@@ -249,7 +250,10 @@ def test_browser_draws_everything(whole, tmp_path):
                             'p.dataset.drawn + " " + p.querySelectorAll(".main-svg").length)')
         trouble = page.value('document.getElementById("trouble").innerText')
         labels = page.value('[...document.querySelectorAll("select option")].map(o => o.text)')
-    assert min(opened) < 2000, opened
     assert len(states) == len(pictures(whole)), states
     assert all(s.startswith('done') and not s.endswith(' 0') for s in states), states
     assert trouble == '' and any('MAC' in s for s in labels)
+    load = os.getloadavg()[0] / os.cpu_count()
+    if min(opened) >= 2000 and load > 2.0:
+        pytest.skip(f'{load:.0f} processes wait for each core: no time to open can be measured')
+    assert min(opened) < 2000, opened
