@@ -3,7 +3,6 @@ from collections import deque
 from dataclasses import dataclass, replace
 
 import numpy as np
-from threadpoolctl import ThreadpoolController
 
 from ssi_ros.effects import effect_class, inject, library
 from ssi_ros.effects.stream import stream_setup, stretches
@@ -18,6 +17,7 @@ from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.gap.spectra import Frame, make_frame, spectra
 from ssi_ros.quantity import check, quantity
 from ssi_ros.records import Samples
+from threadpoolctl import ThreadpoolController
 
 BLAS = ThreadpoolController()       # more threads only slow these small matrices down
 COARSE = 12             # bands in which the power of each channel is watched, whatever the cause

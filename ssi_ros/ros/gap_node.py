@@ -43,8 +43,8 @@ class GapTask:
                                doc='length of the record kept for ~/diagnose')
     diagnosis: str = quantity('', live=False, doc='settings of ~/diagnose, YAML as '
                               'config/diagnosis.yaml; empty = the defaults')
-    effects: tuple = quantity(('',), live=False, doc='effects to consider, by name; an empty entry '
-                              'stands for the whole library')
+    effects: tuple = quantity(('',), live=False, doc='effects to consider, by name; an empty '
+                              'entry stands for the whole library')
     pairs: bool = quantity(True, live=False, doc='let ~/diagnose look for two effects at once')
 
 

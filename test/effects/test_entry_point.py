@@ -1,4 +1,4 @@
-"""An effect of another package: installed by pip, found by its entry point, used like any other."""
+"""An effect of another package: installed by pip, found by its entry point, used like ours."""
 import json
 import os
 import subprocess

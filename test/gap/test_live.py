@@ -54,7 +54,7 @@ def test_bets_are_fair():
 
 
 def test_alarm_keeps_the_declared_time():
-    """A bank of dependent fair bets: the mean time to a false alarm is the declared one or more."""
+    """A bank of dependent fair bets: the mean time to a false alarm is as declared or more."""
     rng, most = np.random.default_rng(2), 50.0
     bets = bets_on(np.ones(1), 1.0, 1.0)
     tilt, price = np.array(bets * 2).T
@@ -124,8 +124,9 @@ def test_line_leads(spacecraft, model):
 def test_levels_raise_no_alarm(spacecraft):
     """Half the power of the excitation and 20 % more sensor noise are nuisances, not gaps."""
     noisier = [f'sensor_noise:channel={s.name},scale=1.2' for s in spacecraft.sensors]
+    nominal = spacecraft.excitation
     weaker = replace(spacecraft, excitation=replace(
-        spacecraft.excitation, process_noise_rms=spacecraft.excitation.process_noise_rms / 2 ** 0.5))
+        nominal, process_noise_rms=nominal.process_noise_rms / 2 ** 0.5))
     model = prepare(spacecraft, SETTINGS, effects=('sensor_gain', 'damping_scale'))
     last = updates_of(model, record(weaker, *noisier, duration_s=300.0))[-1]
     assert last.raised_ns is None
