@@ -27,6 +27,7 @@ EACH = 2                # places of one effect that are fitted
 TRIED = 6               # fits that go on to held-out groups
 FIRST_STEPS = 4         # of a fit, before the best TRIED are chosen
 FINALISTS = 12          # forms fitted after the scores
+PADDING = 0.01          # of the power of a channel: what is below is noise, at another level
 MORE = 3.0              # standard deviations left, above which a second effect is looked for
 
 
@@ -77,7 +78,7 @@ def _diagnose(reference, record, settings, names, pairs, tell):
     level, usual = level_of(one.mean, two.mean), one.mean
     searched, notes = cut, pair.notes
     if abs(level) > OTHER_LEVEL and not (quiet := silent(one, two)).all():
-        one, two = one.in_bands(~quiet), two.in_bands(~quiet)
+        one, two = (s.in_bands(~quiet).padded(PADDING) for s in (one, two))
         cut = one.cut
         notes += (f'the level differs by {10 * level / np.log(10):+.1f} dB; {quiet.sum()} of '
                   f'{len(quiet)} bands hold noise only, which does not grow with it, and were '

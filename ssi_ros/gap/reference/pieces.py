@@ -112,6 +112,12 @@ class Spectra:
         cut = replace(self.cut, chosen=tuple(np.array(self.cut.chosen)[kept]))
         return Spectra(cut, self.groups[:, kept], self.weights, self.times_s)
 
+    def padded(self, share):
+        """Return the spectra with a share of each channel's own mean power added to it."""
+        own = np.einsum('bii->bi', self.mean).real * share
+        padding = own[:, :, None] * np.eye(own.shape[1])
+        return replace(self, groups=self.groups + padding)
+
     def __len__(self):
         return len(self.groups)
 

@@ -37,7 +37,7 @@ def slipping(seed, level, seconds=200.0):
     spectrum = np.fft.rfft(force)
     spectrum[np.fft.rfftfreq(len(force), 1 / RATE_HZ) > 8.0] = 0.0
     force = level * np.fft.irfft(spectrum, len(force)) * 20.0
-    k1, k2, kj, slip = (2 * np.pi * 2.0) ** 2, 300.0, 250.0, 1.0
+    k1, k2, kj, slip = (2 * np.pi * 2.0) ** 2, 300.0, 40.0, 0.3
     dt = 1 / RATE_HZ / steps
     x1 = x2 = v1 = v2 = joint = 0.0
     out = np.empty((len(force), 2))

@@ -84,11 +84,12 @@ def test_rounding_that_the_reference_has_too_is_no_gap():
     assert value == pytest.approx(0.2, rel=1e-6)            # it is read off exactly
 
 
-def test_a_slipping_joint_at_a_higher_level_is_structure_and_depends_on_amplitude():
-    """A Jenkins joint far above its yield force: softer with level, distortion beside it."""
-    found = diagnose_reference(slipping(33, 0.05), slipping(34, 3.0))
+def test_a_slipping_joint_at_a_higher_level_is_structure_and_may_depend_on_amplitude():
+    """A Jenkins joint three times above its yield force: tied with a plain loss of stiffness."""
+    found = diagnose_reference(slipping(33, 0.1), slipping(34, 0.3))
     assert max(found.where['site'], key=found.where['site'].get) == 'structure'
-    assert set(found.verdict['class']) & {'hinge_friction', 'hinge_freeplay'}
+    assert set(found.verdict['class']) >= {'hinge_friction', 'hinge_freeplay'}
+    assert any('another level' in s for s in found.separate_by)
 
 
 def test_too_little_data_says_how_much():
