@@ -2,6 +2,7 @@
 import multiprocessing
 import os
 import signal
+import threading
 import traceback
 
 
@@ -19,13 +20,14 @@ class Background:
     """
 
     def __init__(self, niceness=0):
-        self.niceness, self.process, self.pipe = niceness, None, None
+        self.niceness = niceness
+        self.process = self.pipe = self._launch = None
         self.share = 0.0
 
     @property
     def busy(self):
         """Whether work runs."""
-        return self.process is not None
+        return self._launch is not None
 
     def start(self, work, *args, **options):
         """Begin `work(*args, **options, progress=callable)`; all of it must be picklable."""
@@ -35,8 +37,15 @@ class Background:
         self.process = context.Process(target=_work, daemon=True,
                                        args=(theirs, self.niceness, work, args, options))
         self.share = 0.0
-        self.process.start()
-        theirs.close()
+        # it returns when the child has read its arguments, which takes seconds
+        self._launch = threading.Thread(target=self._start, args=(self.process, theirs),
+                                        daemon=True)
+        self._launch.start()
+
+    @staticmethod
+    def _start(process, theirs):
+        process.start()
+        theirs.close()      # so that the end of the child is the end of the pipe
 
     def poll(self):
         """Return ('done', result) or ('failed', why) when the work has ended, else None."""
@@ -49,6 +58,7 @@ class Background:
                 else:
                     answer = (kind, value)
         except EOFError:
+            self._launch.join()
             self.process.join()
             answer = ('failed', f'its process ended with exit code {self.process.exitcode}; was '
                       'it killed, or is memory short?')
@@ -58,11 +68,12 @@ class Background:
 
     def stop(self):
         """End the process if it still runs."""
-        if self.process is not None:
+        if self._launch is not None:
+            self._launch.join()
             self.process.terminate()
             self.process.join()
             self.pipe.close()
-            self.process = self.pipe = None
+            self.process = self.pipe = self._launch = None
 
 
 def diagnose_to_json(*args, **options):
