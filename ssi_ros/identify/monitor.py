@@ -305,6 +305,7 @@ def identify(samples, settings=Identification(), progress=None):
         windows += monitor.push(samples.values[round(hop * step):round((hop + 1) * step)])
         if progress is not None:
             progress(hop + 1, total)
+    windows += monitor.push(samples.values[round(total * step):])     # part of a hop
     if not windows:
         windows.append(monitor.too_short())
     return tuple(windows)

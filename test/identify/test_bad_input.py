@@ -131,10 +131,10 @@ def test_scattered_missing_samples_invent_nothing(minute, share):
 
 @pytest.mark.parametrize('rows', [0, 1, 2, 100, 5999])
 def test_a_record_shorter_than_the_window(minute, rows):
-    """What is there, in whole hops, and what is needed are told."""
+    """What is there and what is needed are told."""
     window = last_window(minute[:rows])
     assert window.modes == ()
-    assert f'holds {rows // 1000 * 10} s' in window.reason and 'needs 60 s' in window.reason
+    assert f'holds {rows / 100:g} s' in window.reason and 'needs 60 s' in window.reason
 
 
 @pytest.mark.parametrize('settings, words', [
