@@ -11,7 +11,7 @@ from pathlib import Path
 
 from blindgen.answers import Answer
 from blindgen.bag import read_bag
-from blindgen.detect import size_for
+from blindgen.detect import magnitude_for
 from blindgen.effects import EFFECTS
 from blindgen.features import features
 from blindgen.plan import nuisances
@@ -56,20 +56,8 @@ def training(duration_s, rounds, client, cache):
 
 def _size(name, target, duration_s):
     """Return (name, target) and the size m of an effect whose d' is the target."""
-    rng, found = np.random.default_rng(SEED), []
-    effect = EFFECTS[name]
-
-    def watched(variant, m):
-        found.append((m, effect.size(variant, m)))
-        return found[-1][1]
-
-    from dataclasses import replace
-    EFFECTS[name] = replace(effect, size=watched)
-    try:
-        parameters, _ = size_for(name, effect.draw(rng), target, duration_s)
-    finally:
-        EFFECTS[name] = effect
-    return (name, target), next(m for m, p in found if p == parameters)
+    variant = EFFECTS[name].draw(np.random.default_rng(SEED))
+    return (name, target), magnitude_for(name, variant, target, duration_s)[0]
 
 
 def _example(name, size, duration_s, k):
@@ -104,7 +92,7 @@ def shift_table(labels, seen, new):
     null = seen['shifts'][labels == 'none']
     mean, sd = null.mean(axis=0), null.std(axis=0, ddof=1)
     z, old = (new['shifts'] - mean) / sd, (seen['shifts'] - mean) / sd
-    limit = np.quantile(np.abs((null - mean) / sd).max(axis=1), 1 - FALSE_ALARM)
+    limit = np.quantile(_one_out(null, lambda z: np.abs(z).max()), 1 - FALSE_ALARM)
     shifted = (np.abs(old).max(axis=1) > limit) & (labels != 'none')
     nearest = KNeighborsClassifier(5, metric='cosine', weights='distance')
     nearest.fit(old[shifted], labels[shifted])
@@ -124,16 +112,18 @@ def random_forest(labels, seen, new):
 def two_sample(labels, seen, new):
     """Answer whether the spectrum differs from that of records without effect; not why."""
     null = seen['spectrum'][labels == 'none']
+    limit = np.quantile(_one_out(null, lambda z: np.mean(z**2)), 1 - FALSE_ALARM)
+    z = (new['spectrum'] - null.mean(axis=0)) / null.std(axis=0, ddof=1)
+    return [Answer('UNEXPLAINED' if d > limit else 'WITHIN_FLOOR') for d in np.mean(z**2, axis=1)]
 
-    def distance(rows, against):
-        mean, sd = against.mean(axis=0), against.std(axis=0, ddof=1)
-        return np.mean(((rows - mean) / sd)**2, axis=1)
 
-    one_out = np.concatenate([distance(null[k:k + 1], np.delete(null, k, axis=0))
-                              for k in range(len(null))])
-    limit = np.quantile(one_out, 1 - FALSE_ALARM)
-    return [Answer('UNEXPLAINED' if d > limit else 'WITHIN_FLOOR')
-            for d in distance(new['spectrum'], null)]
+def _one_out(null, statistic):
+    """Return a statistic of each null record's z against all others, as a new record has it."""
+    told = []
+    for k in range(len(null)):
+        others = np.delete(null, k, axis=0)
+        told.append(statistic((null[k] - others.mean(axis=0)) / others.std(axis=0, ddof=1)))
+    return np.array(told)
 
 
 def _told(classes, shares):

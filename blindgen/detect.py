@@ -73,8 +73,17 @@ def size_for(name, variant, target, duration_s, level=1.0):
     """
     Return the parameters whose predicted d' is nearest to a target, and that d'.
 
-    The root of log d'(log m) by secants within a bracket, with a bisection every third step; a
-    target that the bounds of the effect do not reach gives the bound and its own d'.
+    A target that the bounds of the effect do not reach gives the bound and its own d'.
+    """
+    m, d = magnitude_for(name, variant, target, duration_s, level)
+    return EFFECTS[name].size(variant, m), d
+
+
+def magnitude_for(name, variant, target, duration_s, level=1.0):
+    """
+    Return the size m whose predicted d' is nearest to a target, and that d'.
+
+    The root of log d'(log m) by secants within a bracket, with a bisection every third step.
     """
     effect = EFFECTS[name]
     cheap = effect.predict != 'simulated'
@@ -94,7 +103,7 @@ def size_for(name, variant, target, duration_s, level=1.0):
         inside = low < ahead < high
         at = ahead if inside and turn % 3 != 2 else (low + high) / 2
     best, miss = min(found, key=lambda pair: abs(pair[1]))
-    return effect.size(variant, float(np.exp(best))), float(target * np.exp(miss))
+    return float(np.exp(best)), float(target * np.exp(miss))
 
 
 def divergence(scenario, levels=True):

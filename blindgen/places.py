@@ -2,7 +2,6 @@
 """
 Judge whether the place that an answer names first holds what the effect changed.
 
-
 Sensor and side: the channel or the array of the named effect if it tells one, else the sensor
 with the largest share. Mode, band and time: right when the place named first truly holds at least
 half of what the best of the named places holds. Chance is the share of places that would do.

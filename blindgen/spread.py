@@ -36,7 +36,7 @@ def cluster(workers=1, scheduler='local'):
                      'distributed.worker.memory.terminate': False})
     if scheduler == 'local':
         with LocalCluster(n_workers=workers, threads_per_worker=1, memory_limit=None,
-                          dashboard_address=None, silence_logs=logging.ERROR) as own:
+                          dashboard_address='127.0.0.1:0', silence_logs=logging.ERROR) as own:
             with Client(own) as client:
                 yield client
         return
