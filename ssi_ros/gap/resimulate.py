@@ -18,6 +18,7 @@ from ssi_ros.gap.torque import odd_signs, reconstruct, torque_signs
 
 RECORDS = 5
 REFIT_STEPS = 3
+TRUST = 3.0             # records that the scatter of all scores together counts for
 SEED = 9_000_000        # far from seeds that records are made with
 
 
@@ -32,6 +33,10 @@ class Floor:
         Mean of the scores.
     deviations : float
         Mean of the meter, in standard deviations of its floor from theory.
+    scatter : ndarray, shape (t,)
+        Standard deviation of the scores over the records, drawn to that of all together; at
+        least 1. Holes leak into all bins alike, so that scores of noise scatter more than
+        independent bins would.
     signs : tuple of str
         Signs, by effect or name, that at least two records show.
 
@@ -39,12 +44,13 @@ class Floor:
 
     z: np.ndarray
     deviations: float
+    scatter: np.ndarray
     signs: tuple
 
     def against(self, scores, meter, signs, odd):
         """Return scores, deviations of the meter, and both kinds of signs, against this floor."""
         spread = np.sqrt(1 + 1 / RECORDS)
-        return (replace(scores, z=(scores.z - self.z) / spread),
+        return (replace(scores, z=(scores.z - self.z) / self.scatter / spread),
                 (meter.deviations - self.deviations) / spread,
                 tuple(s for s in signs if s.effect.name not in self.signs),
                 tuple(s for s in odd if s.name not in self.signs))
@@ -86,7 +92,10 @@ def floor_by_simulation(simulator, best, templates, tolerance, settings, names=(
             torque = reconstruct(simulator, again, samples, settings)
             seen += [s.effect.name for s in torque_signs(torque, names)]
             seen += [s.name for s in odd_signs(torque, samples.channels)] if odd else []
+    variance = np.var(z, axis=0, ddof=1)
+    variance = (TRUST * variance.mean() + (RECORDS - 1) * variance) / (TRUST + RECORDS - 1)
     return Floor(np.mean(z, axis=0), float(np.mean(deviations)),
+                 np.sqrt(np.maximum(1.0, variance)),
                  tuple(n for n in set(seen) if seen.count(n) > 1))
 
 
