@@ -94,7 +94,11 @@ def shift_table(labels, seen, new):
     z, old = (new['shifts'] - mean) / sd, (seen['shifts'] - mean) / sd
     limit = np.quantile(_one_out(null, lambda z: np.abs(z).max()), 1 - FALSE_ALARM)
     shifted = (np.abs(old).max(axis=1) > limit) & (labels != 'none')
-    nearest = KNeighborsClassifier(5, metric='cosine', weights='distance')
+    if not shifted.any():                        # nothing was learnt but what is quiet
+        return [Answer('UNEXPLAINED' if np.abs(row).max() > limit else 'WITHIN_FLOOR')
+                for row in z]
+    nearest = KNeighborsClassifier(min(5, int(shifted.sum())), metric='cosine',
+                                   weights='distance')
     nearest.fit(old[shifted], labels[shifted])
     return [_told(nearest.classes_, p) if np.abs(row).max() > limit else Answer('WITHIN_FLOOR')
             for row, p in zip(z, nearest.predict_proba(z))]
