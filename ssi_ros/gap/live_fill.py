@@ -1,0 +1,79 @@
+"""
+Fill missing samples by their conditional mean under the model, eq. (136).
+
+A row that counts as zero spreads the strong resonances over all bins, the same in each, and the
+valleys between them are lost. What is filled in differs from the truth only by what the model
+itself could not know, which is far below the sensors' noise in every bin.
+"""
+from dataclasses import replace
+
+import numpy as np
+from scipy.linalg import solve
+
+from ssi_ros.gap.candidate import Candidate
+
+REACH = 30      # rows on each side that a missing one is told from
+LONGEST = 30    # rows in a row that can be filled
+
+
+def autocovariance(simulator):
+    """Return E[y(k + m) y(k)^T] of the nominal model at lags m = 0, 1, ..., shape (m, l, l)."""
+    lags = 2 * REACH + LONGEST
+    # with a taper that overlaps itself by one at these lags and by nothing beyond, the expected
+    # periodogram of eq. (95) is their Fourier transform
+    frame = replace(simulator.frame, rows=4 * lags, first=0, last=2 * lags + 1,
+                    overlap=np.concatenate([np.ones(lags), np.zeros(3 * lags)]))
+    nominal = type(simulator)(simulator.spacecraft, frame, simulator.duration_s,
+                              simulator.present).expected(Candidate())
+    return np.fft.irfft(nominal.at(np.ones(len(nominal.names)))[0], axis=0)[:lags]
+
+
+def fill(rows, covariance):
+    """
+    Return rows without gaps.
+
+    Parameters
+    ----------
+    rows : ndarray, shape (n, l)
+        NaN where a sample is missing; runs of up to LONGEST rows.
+    covariance : ndarray, shape (m, l, l)
+        Of `autocovariance`.
+
+    Returns
+    -------
+    ndarray, shape (n, l)
+
+    Raises
+    ------
+    ValueError
+        If a run is longer.
+
+    """
+    gone = np.isnan(rows)
+    if not gone.any():
+        return rows
+    out = rows.copy()
+    for first, last in runs(gone.any(axis=1)):
+        if last - first > LONGEST:
+            raise ValueError(f'{last - first} rows are missing in a row; up to {LONGEST} can be '
+                             'filled')
+        begin, end = max(0, first - REACH), min(len(rows), last + REACH)
+        lag = np.arange(end - begin)[:, None] - np.arange(end - begin)[None, :]
+        blocks = np.where((lag >= 0)[:, :, None, None], covariance[np.abs(lag)],
+                          covariance[np.abs(lag)].swapaxes(-1, -2))
+        size = (end - begin) * rows.shape[1]
+        full = blocks.transpose(0, 2, 1, 3).reshape(size, size)
+        near = rows[begin:end].ravel()
+        there = ~np.isnan(near)
+        wanted = np.zeros((end - begin, rows.shape[1]), bool)
+        wanted[first - begin:last - begin] = gone[first:last]
+        wanted = wanted.ravel()
+        weights = solve(full[np.ix_(there, there)], near[there], assume_a='pos')
+        out[first:last][gone[first:last]] = full[np.ix_(wanted, there)] @ weights
+    return out
+
+
+def runs(marked):
+    """Return (first, one after the last) of every run of true values."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], marked, [False]])))
+    return list(zip(edges[::2], edges[1::2]))
