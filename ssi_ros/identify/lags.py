@@ -199,7 +199,8 @@ def output_covariances(values, lags, rate_hz=1.0):
     else:
         mean = np.nansum(values, axis=0) / np.maximum(present.sum(axis=0), 1)
         products = _segments(np.where(present, values, mean), mean, lags, size)
-        counts = np.maximum(np.rint(_segments(present.astype(float), np.zeros(width), lags, size)), 1.0)
+        there = _segments(present.astype(float), np.zeros(width), lags, size)
+        counts = np.maximum(np.rint(there), 1.0)
     none = np.empty((0, lags + 1, width, width))
     return _scaled(products, counts, np.zeros(width), none, n / rate_hz)
 

@@ -89,4 +89,4 @@ def test_another_structure_is_found_at_once(rng):
 def test_sliding_core_says_what_is_allowed(change, word):
     """A wrong argument is told with what is allowed."""
     with pytest.raises(ValueError, match=word):
-        SlidingSsiCov(**{'channels': 4, 'rate_hz': 100.0, 'window_s': 60.0, 'hop_s': 1.0, **change})
+        SlidingSsiCov(4, 100.0, **{'window_s': 60.0, 'hop_s': 1.0, **change})
