@@ -43,7 +43,8 @@ class Search:
         """
         starts = [s.effect for s in signs]
         seen = {s.name for s in starts}
-        starts += [e for e in promising(scores, self.settings.finalists) if e.name not in seen]
+        likely = promising(scores, self.settings.finalists)
+        starts += [e for e in likely + elsewhere(scores, likely) if e.name not in seen]
         ranked = self._fit_all([Candidate((e,)) for e in starts], signs, self.nominal)
         if not ranked:
             return ranked
@@ -159,6 +160,24 @@ def promising(scores, count):
         if gains[i] < PROMISING or len(found) == count:
             break
         found.setdefault(scores.effects[i].name, at_size(scores.effects[i], scores.size[i]))
+    return list(found.values())
+
+
+def elsewhere(scores, likely):
+    """Return the second best start of effects near the best one: a mass may sit in two basins."""
+    gains = scores.gains()
+    best = gains.max()
+    found = {}
+    for i in np.argsort(-gains):
+        effect = scores.effects[i]
+        if gains[i] < best - BEHIND or gains[i] < PROMISING:
+            break
+        first = next((e for e in likely if e.name == effect.name), None)
+        if first is None or effect.name in found:
+            continue
+        others = [f.name for f in quantities(effect) if f.name != effect.size]
+        if any(getattr(effect, n) != getattr(first, n) for n in others):
+            found[effect.name] = at_size(effect, scores.size[i])
     return list(found.values())
 
 
