@@ -110,7 +110,9 @@ def conclude(ranked, before, left, gap, where, scores, signs, settings, effects,
     others = (Explanation(('unknown',), unknown, ('unknown',), {}, before.value, 0.0, 0.0, 0.0,
                           False),
               Explanation(('none',), none, ('none',), {}, before.value, 0.0, 0.0, 0.0, False))
-    return Diagnosis(outcome, reason, gap, {**where, 'site': _sites(scores, ranked, shares)},
+    where = {**where, 'site': _sites(scores, ranked, shares),
+             'sensors': _sensors(where['sensors'], ranked, shares)}
+    return Diagnosis(outcome, reason, gap, where,
                      tuple(found) + others, verdict, separate_by(verdict['class']), texts(signs),
                      tuple({'effects': c.names or ('none',), 'closed': closed(before, c)[0]}
                            for c in controls))
@@ -174,6 +176,17 @@ def alike(scores, names, limit):
         row = rows[np.argmax(np.abs(scores.z[rows]))]
         found += list(all_names[np.abs(scores.cosine[row]) > limit])
     return tuple(dict.fromkeys(map(str, found)))
+
+
+def _sensors(sensors, ranked, shares):
+    """Return shares of the sensors: candidates that name a channel speak for it."""
+    named = dict.fromkeys((s['name'] for s in sensors), 0.0)
+    for r, p in zip(ranked, shares):
+        for e in r.fit.candidate.effects:
+            if getattr(e, 'channel', None) in named:
+                named[e.channel] += float(p) / len(r.names)
+    rest = max(0.0, 1.0 - sum(named.values()))
+    return [{**s, 'share': named[s['name']] + rest * s['share']} for s in sensors]
 
 
 def _sites(scores, ranked, shares):

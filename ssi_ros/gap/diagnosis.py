@@ -62,12 +62,20 @@ class Diagnosis:
             'schema': SCHEMA, 'outcome': self.outcome, 'reason': self.reason, 'gap': self.gap,
             'where': self.where, 'candidates': [{
                 'effects': c.effects, 'probability': c.probability, 'class': c.alike,
-                'parameters': {k: vars(v) for k, v in c.parameters.items()},
+                'parameters': {**_places(c.built),
+                               **{k: vars(v) for k, v in c.parameters.items()}},
                 'gap_after': c.gap_after, 'closed': c.closed, 'closed_low90': c.closed_low90,
                 'closed_high90': c.closed_high90, 'inside_floor': c.inside_floor,
             } for c in self.candidates],
             'verdict': self.verdict, 'separate_by': self.separate_by, 'signs': self.signs,
             'controls': self.controls})
+
+
+def _places(built):
+    """Return channels and arrays of effects in the form of parameters, with a word for value."""
+    return {f'{e.name}.{f.name}': {'value': getattr(e, f.name), 'std': None, 'low90': None,
+                                   'high90': None, 'unit': ''}
+            for e in built for f in e.words()}
 
 
 def _plain(value):

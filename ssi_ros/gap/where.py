@@ -33,7 +33,7 @@ def locate(simulator, model, evidence, settings):
     coarse = np.array_split(np.arange(len(bands)), min(12, len(bands)))
     return {
         'sensors': [{'name': n, 'share': s} for n, s in zip(
-            system.channels, _sensor_shares(gap, evidence, settings))],
+            system.channels, _sensor_shares(model, gap, evidence, settings))],
         'bands': [{'low_hz': gap.edges_hz[i[0]], 'high_hz': gap.edges_hz[i[-1] + 1],
                    'share': bands[i].sum()} for i in coarse],
         'modes': _modes(system, gap, bands),
@@ -51,9 +51,18 @@ def _shares(excess):
     return above / above.sum() if above.sum() > 0 else np.zeros(len(above))
 
 
-def _sensor_shares(gap, evidence, settings):
-    """Share of a channel: its own variance, u - log u - 1, and its coherence with the others."""
-    w = gap.whitened
+def _sensor_shares(model, gap, evidence, settings):
+    """
+    Share of a channel: its own variance, u - log u - 1, and its coherence with the others.
+
+    Whitened by S^-1/2, which treats all channels alike; a Cholesky factor moves what is wrong with
+    one channel into those after it.
+    """
+    values, vectors = np.linalg.eigh(model.mean(axis=0))
+    root = (vectors / np.sqrt(values)[:, None, :]) @ vectors.conj().swapaxes(-1, -2)
+    white = root @ evidence.mean[0] @ root
+    count, d = len(gap.bands), white.shape[-1]
+    w = white[:count * settings.band_bins].reshape(count, settings.band_bins, d, d).mean(axis=1)
     n = len(evidence.pieces) * settings.band_bins / evidence.frame.crowding_of(settings.band_bins)
     own = np.einsum('bii->bi', w).real
     level = own - np.log(own) - 1 - floor_of_band(n, 1)[0]

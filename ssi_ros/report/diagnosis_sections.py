@@ -117,7 +117,7 @@ def _which(found, candidates, places):
     rows = []
     for c, place in zip(candidates, places):
         values = ', '.join(f'{k.split(".")[-1]} {measured(v["value"], v["unit"])}'
-                           for k, v in c['parameters'].items())
+                           for k, v in _numbers(c))
         rows.append((candidate_name(c), percent(c['probability'], 1),
                      '; '.join(filter(None, (place, values))) or MEANING.get(c['effects'][0], ''),
                      percent(c['closed']) if c['effects'][0] not in OPEN else '-',
@@ -128,13 +128,18 @@ def _which(found, candidates, places):
     return Section('Which effect is it?', lines, (table,), candidate_pictures(candidates))
 
 
+def _numbers(candidate):
+    """Return the parameters that are numbers; channels and arrays are told as places."""
+    return [(k, v) for k, v in candidate['parameters'].items() if not isinstance(v['value'], str)]
+
+
 def _how_sure(found, candidates):
     verdict, best = found['verdict'], candidates[0] if candidates else None
     lines = [f'Probability {percent(verdict["probability"], 1)} for '
              + (' or '.join(verdict['class']) or 'no effect of the library') + '.']
     rows = [(k, measured(v['value'], v['unit'], 6), number(v['std'], 2),
              f'{number(v["low90"], 6)} to {number(v["high90"], 6)}')
-            for k, v in (best['parameters'] if best else {}).items()]
+            for k, v in (_numbers(best) if best else ())]
     table = Table(('parameter', 'value', '± 1 sd', '90 % interval'), tuple(rows))
     return Section('How sure is that?', tuple(lines), (table,) if rows else ())
 
