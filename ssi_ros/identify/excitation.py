@@ -54,6 +54,7 @@ def remember(heard, modes, powers, bands):
     powers : sequence of ndarray
         From `part_powers`, one a band.
     bands : sequence of Band
+        That the identification runs in.
 
     Returns
     -------

@@ -67,7 +67,7 @@ def test_all_bags_and_again(bags, tmp_path, capsys):
 
 
 def test_it_goes_on_after_a_kill(bags, tmp_path):
-    """kill -9 in the midst: what was written is whole and is kept, the rest is done once."""
+    """Killed in the midst: what was written is whole and is kept, the rest is done once."""
     out = tmp_path / 'out'
     words = [sys.executable, '-m', 'ssi_ros', *command(bags, '--json', str(out), '--workers', '1')]
     first = subprocess.Popen(words, start_new_session=True, stdout=subprocess.DEVNULL,
