@@ -39,7 +39,7 @@ def too_little(reason):
     return Diagnosis('TOO_LITTLE_DATA', reason, dict.fromkeys(
         ('before', 'floor', 'floor_std', 'p_value'), nothing),
         {'site': dict.fromkeys((s.value for s in Site), 0.0), 'sensors': [], 'bands': [],
-         'modes': [], 'times': []},
+         'modes': [], 'times': [], 'amplitudes': []},
         (unknown,), {'effects': (), 'class': (), 'probability': 0.0}, ())
 
 

@@ -1,15 +1,21 @@
 """Where the gap lies: shares of bands, sensors, modes, times and sites, eq. (111)."""
 import numpy as np
+from scipy.stats import norm
 
 from ssi_ros.gap.meter import floor_of_band, measure
 from ssi_ros.model.system import natural_modes
 
 HALF_POWER_BANDS = 3
+WIDER = 6               # times the bands of the meter, for a piece alone
+REGIMES = 3             # of amplitude that the pieces are sorted into
 
 
 def locate(simulator, model, evidence, settings):
     """
-    Return the shares of the gap by sensor, band, mode and time; each list adds up to 1 or less.
+    Return the shares of the gap by sensor, band, mode, time and amplitude, with p-values.
+
+    Each list of shares adds up to 1 or less; a p-value is the chance of so much above the floor
+    where the model is right.
 
     Parameters
     ----------
@@ -31,13 +37,17 @@ def locate(simulator, model, evidence, settings):
     system = simulator.setup(_none()).system
     bands = _shares(gap.bands)
     coarse = np.array_split(np.arange(len(bands)), min(12, len(bands)))
+    shares, chances = _sensor_shares(model, gap, evidence, settings)
+    # one piece alone: wider bands, or a band has hardly more spectra than channels
+    wide = min(WIDER * settings.band_bins, model.shape[1] // 2)
+    pieces = [measure(model, evidence.only([p]), wide) for p in evidence.pieces]
     return {
-        'sensors': [{'name': n, 'share': s} for n, s in zip(
-            system.channels, _sensor_shares(model, gap, evidence, settings))],
+        'sensors': [{'name': n, 'share': s, 'p_value': p} for n, s, p in zip(
+            system.channels, shares, chances)],
         'bands': [{'low_hz': gap.edges_hz[i[0]], 'high_hz': gap.edges_hz[i[-1] + 1],
-                   'share': bands[i].sum()} for i in coarse],
+                   'share': bands[i].sum(), 'p_value': _chance(gap, i)} for i in coarse],
         'modes': _modes(system, gap, bands),
-        'times': _times(model, evidence, settings)}
+        'times': _times(pieces, evidence), 'amplitudes': _amplitudes(pieces, evidence)}
 
 
 def _none():
@@ -65,10 +75,14 @@ def _sensor_shares(model, gap, evidence, settings):
     w = white[:count * settings.band_bins].reshape(count, settings.band_bins, d, d).mean(axis=1)
     n = len(evidence.pieces) * settings.band_bins / evidence.frame.crowding_of(settings.band_bins)
     own = np.einsum('bii->bi', w).real
-    level = own - np.log(own) - 1 - floor_of_band(n, 1)[0]
+    floor, spread = floor_of_band(n, 1)
+    level = own - np.log(own) - 1 - floor
     coherence = np.abs(w) ** 2 / (own[:, :, None] * own[:, None, :])
     shared = (coherence.sum(axis=2) - 1 - (w.shape[1] - 1) / n) / 2
-    return _shares((level + shared).mean(axis=0))
+    # a coherence of n spectra with no other is exponential of mean 1 / n
+    spread = np.sqrt(spread ** 2 + (w.shape[1] - 1) / (2 * n) ** 2) / np.sqrt(count)
+    excess = (level + shared).mean(axis=0)
+    return _shares(excess), [float(p) for p in norm.sf(excess / spread)]
 
 
 def _modes(system, gap, bands):
@@ -78,7 +92,8 @@ def _modes(system, gap, bands):
     for i, (f, xi) in enumerate(zip(modes.frequencies_hz, modes.damping_ratios)):
         reach = max(HALF_POWER_BANDS * 2 * xi * f, width / 2)
         found.append({'frequency_hz': f, 'name': _name(modes.shapes[:, i].real, system.channels),
-                      'share': bands[np.abs(middles - f) <= reach].sum()})
+                      'share': bands[np.abs(middles - f) <= reach].sum(),
+                      'p_value': _chance(gap, np.flatnonzero(np.abs(middles - f) <= reach))})
     return sorted(found, key=lambda m: -m['share'])
 
 
@@ -101,12 +116,28 @@ def _name(shape, channels):
     return f'{names} {symmetry} {"bending" if bending else "torsion"}'
 
 
-def _times(model, evidence, settings):
-    frame = evidence.frame
-    excess = []
-    for piece in evidence.pieces:
-        gap = measure(model, evidence.only([piece]), settings.band_bins)
-        excess.append(gap.value - gap.floor)
-    span = frame.rows / frame.rate_hz
-    return [{'start_s': p * span, 'end_s': (p + 1) * span, 'share': s}
-            for p, s in zip(evidence.pieces, _shares(np.array(excess)))]
+def _times(pieces, evidence):
+    span = evidence.frame.rows / evidence.frame.rate_hz
+    return [{'start_s': p * span, 'end_s': (p + 1) * span, 'share': s,
+             'p_value': float(norm.sf(g.deviations))}
+            for p, s, g in zip(evidence.pieces, _shares(_above(pieces)), pieces)]
+
+
+def _amplitudes(pieces, evidence):
+    """Return the share of quiet, middling and loud pieces, by the rms of the record in them."""
+    rows = evidence.frame.rows
+    rms = np.sqrt(2 * np.einsum('akii->a', evidence.each).real / rows / evidence.each.shape[-1])
+    order, shares = np.argsort(rms), _shares(_above(pieces))
+    return [{'low_m_s2': rms[i].min(), 'high_m_s2': rms[i].max(), 'share': shares[i].sum(),
+             'p_value': float(norm.sf(sum(pieces[k].deviations for k in i) / np.sqrt(len(i))))}
+            for i in np.array_split(order, min(REGIMES, len(order)))]
+
+
+def _above(pieces):
+    return np.array([g.value - g.floor for g in pieces])
+
+
+def _chance(gap, bands):
+    """Return the p-value of what some bands have above their floor together."""
+    spread = gap.floor_std * np.sqrt(len(gap.bands))
+    return float(norm.sf(gap.bands[bands].sum() / spread / np.sqrt(max(len(bands), 1))))

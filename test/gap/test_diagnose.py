@@ -67,7 +67,7 @@ def test_json_has_the_fixed_schema(spacecraft):
     assert plain['schema'] == 'ssi_ros/diagnosis/1'
     assert set(plain) >= {'outcome', 'reason', 'gap', 'where', 'candidates', 'verdict',
                           'separate_by'}
-    assert set(plain['where']) == {'site', 'sensors', 'bands', 'modes', 'times'}
+    assert set(plain['where']) == {'site', 'sensors', 'bands', 'modes', 'times', 'amplitudes'}
     assert set(plain['candidates'][0]) == {
         'effects', 'probability', 'class', 'parameters', 'gap_after', 'closed', 'closed_low90',
         'closed_high90', 'inside_floor'}
@@ -76,7 +76,7 @@ def test_json_has_the_fixed_schema(spacecraft):
     assert plain['controls'][0]['effects'] == ['none']
     names = [c['effects'] for c in plain['candidates']]
     assert ['unknown'] in names and ['none'] in names
-    for kind in ('sensors', 'bands', 'times'):
+    for kind in ('sensors', 'bands', 'times', 'amplitudes'):
         assert sum(e['share'] for e in plain['where'][kind]) == pytest.approx(1.0, abs=1e-6)
 
 
