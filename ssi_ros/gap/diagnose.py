@@ -97,7 +97,7 @@ def diagnose(spacecraft, samples, settings=DiagnosisSettings(), *, effects=None,
            'p_value': _together(scores.p_value(), meter.deviations, signs + odd)}
     where = locate(simulator, nominal.model, evidence, settings)
     tell(0.4)
-    if wrong and not any(s.p_value == 0.0 for s in signs):
+    if wrong and not symptoms(raw):
         # its level is not that of the model, and neither rails nor holes have made it so
         return wrong_level(wrong, gap, where, scores, signs + odd)
     if gap['p_value'] > settings.false_alarm:
