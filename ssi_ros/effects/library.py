@@ -1,4 +1,5 @@
 """Find effects by name: those in this folder, and those of third parties' entry points."""
+from functools import lru_cache
 from importlib import import_module
 from importlib.metadata import entry_points
 import pkgutil
@@ -21,14 +22,22 @@ def library():
     for module in pkgutil.iter_modules(package.__path__):
         if module.name not in _NOT_EFFECTS:
             import_module(f'ssi_ros.effects.{module.name}')
-    for point in entry_points(group=ENTRY_POINTS):
+    for point in _others():
         point.load()
     sites = list(base.Site)
     return dict(sorted(base.known().items(), key=lambda e: (sites.index(e[1].site), e[0])))
 
 
+@lru_cache(maxsize=1)
+def _others():
+    """Return the entry points of other packages; looking for them reads all that is installed."""
+    return tuple(entry_points(group=ENTRY_POINTS))
+
+
 def effect_class(name):
     """Return the class of an effect, ValueError with the near names if there is none."""
+    if name in base.known():
+        return base.known()[name]
     effects = library()
     if name not in effects:
         raise ValueError(unknown(f'effect {name!r}', name, effects))

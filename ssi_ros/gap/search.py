@@ -15,7 +15,7 @@ BEHIND = 12.0           # log likelihood behind the best at which a candidate is
 PROMISING = 2.0         # gain of the log likelihood that a template must promise
 KEPT = 5                # candidates that are fitted to the end, at most
 RIVALS = 3              # and at least, however bad: what a wrong effect closes is told
-PAIRS = 5               # pairs that are fitted
+PAIRS = 4               # pairs that are fitted
 
 
 class Search:

@@ -5,6 +5,7 @@ Freedoms are theta (3), then the modal coordinates eta of array after array, the
 `explicit_hinges`, the angle alpha of each hinge.
 """
 from dataclasses import replace
+from functools import lru_cache
 import math
 
 import numpy as np
@@ -15,6 +16,7 @@ from ssi_ros.model.plate import plate_modes
 from ssi_ros.model.sensors import Noise
 from ssi_ros.model.spacecraft import INFINITE, on_array
 from ssi_ros.model.system import System
+from ssi_ros.records import read_only
 
 RESIDUAL_DAMPING = 0.5      # see `_array_matrices`
 
@@ -116,7 +118,7 @@ def displacement_row(spacecraft, array, along_m, lateral_m, explicit_hinges=Fals
     on_array(own, along_m, lateral_m)
     row, hinges = [own.side * (own.root_m + along_m), -lateral_m, 0.0], []
     for a in spacecraft.arrays:
-        shapes = _modes(a, explicit_hinges).at(along_m, lateral_m) if a is own else 0.0
+        shapes = _shapes(a, explicit_hinges, along_m, lateral_m) if a is own else 0.0
         row.extend(np.broadcast_to(shapes, a.modes))
         if explicit_hinges and math.isfinite(a.hinge_n_m_rad):
             hinges.append(along_m if a is own else 0.0)
@@ -128,6 +130,12 @@ def add_point_mass(system, row, mass_kg):
     if not mass_kg >= 0.0:
         raise ValueError(f'mass_kg={mass_kg:g} must be zero or more [kg]')
     return replace(system, mass=system.mass + mass_kg * np.outer(row, row))
+
+
+@lru_cache(maxsize=256)
+def _shapes(array, explicit_hinges, along_m, lateral_m):
+    """Return the shapes of an array at a point, (modes,); sensors are asked for again and again."""
+    return read_only(_modes(array, explicit_hinges).at(along_m, lateral_m))
 
 
 def _modes(array, explicit_hinges):
@@ -144,6 +152,7 @@ def _array_inertia(array):
     return np.diag([about_x, about_y, about_x + about_y])
 
 
+@lru_cache(maxsize=64)
 def _array_matrices(array, explicit_hinges):
     """Return mass, damping, stiffness, coupling (3, n) and names of one array's freedoms."""
     modes = _modes(array, explicit_hinges)
