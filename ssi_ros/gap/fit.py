@@ -15,7 +15,8 @@ ENOUGH = 0.02           # gain of the log likelihood below which a fit stops
 PROBE = 1e-3            # share of the coordinate's scale for a difference quotient
 EXCITATION_STD = 1.4    # of the logarithm of a power that is not known: 6 dB
 LEAST_INFORMATION = 1e-4    # of a number in units of its scale: a hundred scales wide
-FAR = 5.0               # standard deviations of a level, beyond which it is no nuisance
+EXCITATION_FAR_DB = 30.0    # beyond which a level is no nuisance but another unit
+NOISE_FAR_DB = 35.0     # effects such as rails and jitter raise the noise by up to 26 dB
 NOISE_STD = 0.7         # and of the noise of a sensor: 3 dB
 LONGEST = 1.5           # step of a logarithm
 
@@ -191,11 +192,10 @@ class _Place:
 def level_gap(levels):
     """Return what is wrong with levels that no nuisance reaches, or an empty text."""
     decibels = 10 * np.log10(levels)
-    far = FAR * 10 / np.log(10)
     excitation, noise = decibels[:-1].max(), decibels[-1]
-    if abs(excitation) > far * EXCITATION_STD:
+    if abs(excitation) > EXCITATION_FAR_DB:
         return f'the excitation is {excitation:+.0f} dB off the model: wrong unit or wrong model?'
-    if noise > far * NOISE_STD:
+    if noise > NOISE_FAR_DB:
         return (f'noise on all channels is {noise:+.0f} dB above the model and hides it: wrong '
                 'unit, or no accelerometer?')
     return ''

@@ -134,7 +134,7 @@ def add_point_mass(system, row, mass_kg):
 
 @lru_cache(maxsize=256)
 def _shapes(array, explicit_hinges, along_m, lateral_m):
-    """Return the shapes of an array at a point, (modes,); sensors are asked for again and again."""
+    """Return the shapes of an array at a point, (modes,); sensors ask again and again."""
     return read_only(_modes(array, explicit_hinges).at(along_m, lateral_m))
 
 

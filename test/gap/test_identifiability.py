@@ -46,10 +46,9 @@ def test_near_ties_of_the_symmetric_layout(found):
     """A slow clock looks like stiff arrays, a delay like a low-pass of the same channel."""
     def near(name):
         return dict(next(v for v in found if v.effect.name == name).alike)
-    # 0.9: what the bend of the phase leaves of the difference; an unknown integrator leaves less
-    # of what clock and stiffness share
+    # 0.8: what the bend of the phase and the loss of height leave of what they share
     assert max(near('clock_rate'), key=near('clock_rate').get) == 'stiffness_scale'
-    assert near('channel_delay')['sensor_bandwidth'] > 0.9
+    assert near('channel_delay')['sensor_bandwidth'] > 0.8
     assert near('excitation_colour')['sensor_bandwidth'] > 0.7
     assert near('sensor_gain')['sensor_crosstalk'] < 0.9
 
