@@ -1,4 +1,4 @@
-"""Six cases from scratch with the real tool, by its command line alone."""
+"""Three cases from scratch with the real tool, by its command line alone."""
 from pathlib import Path
 import sys
 

@@ -62,7 +62,7 @@ def test_all_bags_and_again(bags, tmp_path, capsys):
     assert '4 of them diagnosed before' in capsys.readouterr().out
     assert before == {p.name: p.stat().st_mtime_ns for p in out.glob('bag_*.json')}
     assert main(command(bags, '--json', str(out), '--settings', str(bags))) == 2
-    assert main([*command(bags, '--json', str(out))[:-4], '--json', str(out)]) == 2
+    assert main([*command(bags, '--json', str(out))[:-5], '--json', str(out)]) == 2
     assert 'another folder with --json' in capsys.readouterr().err
 
 
