@@ -1,4 +1,4 @@
-"""Three cases from scratch with the real tool, by its command line alone."""
+"""Six cases from scratch with the real tool, by its command line alone."""
 from pathlib import Path
 import sys
 
@@ -12,20 +12,20 @@ MODEL = Path(__file__).parent.parent.parent / 'config' / 'spacecraft.yaml'
 
 
 @pytest.mark.skipif(not COMMAND.exists(), reason=f'{COMMAND} is not installed')
-def test_three_cases_with_the_real_tool(tmp_path):
+def test_six_cases_with_the_real_tool(tmp_path):
     """
     The tool reads the bags of another writer and answers in the schema that is scored.
 
     Two minutes of record are too short to judge how well: no share is asserted.
     """
     folder = tmp_path / 'public'
-    code = main(['campaign', '--cases', '3', '--duration', '120', '--nonce', 'real', '--commit',
+    code = main(['campaign', '--cases', '6', '--duration', '120', '--nonce', 'real', '--commit',
                  '0' * 40, '--folder', str(folder), '--rounds', '0', '--tool',
                  f'{COMMAND} diagnose {{bag}} --model {MODEL} --json {{json}}'])
     assert code == 0
     answers = answers_of(folder)
-    assert set(answers) == set(labels_of(folder)) and len(answers) == 3
+    assert set(answers) == set(labels_of(folder)) and len(answers) == 6
     assert 'NO_ANSWER' not in {a.outcome for a in answers.values()}
     scores = read_json(folder / 'scores.json')
-    assert scores['cases'] == 3 and scores['seconds']['total'] == 3
+    assert scores['cases'] == 6 and scores['seconds']['total'] == 6
     assert (folder / 'curves.png').stat().st_size > 0
