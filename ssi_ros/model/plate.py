@@ -120,8 +120,12 @@ def plate_modes(plate, modes, hinge_n_m_rad=math.inf):
     mass, stiffness = basis.T @ mass @ basis, basis.T @ stiffness @ basis
     if math.isfinite(hinge_n_m_rad):
         stiffness[0, 0] += hinge_n_m_rad
-    squares, shapes = eigh(stiffness, mass, subset_by_index=(0, modes - 1))
-    shapes = basis @ shapes
+    # K^-1 M instead of M^-1 K: the low frequencies are its largest eigenvalues, so that rounding
+    # takes its share of them and not of the highest, 1e8 times above.
+    n = len(mass)
+    flexibility, shapes = eigh(mass, stiffness, subset_by_index=(n - modes, n - 1))
+    squares, shapes = 1 / flexibility[::-1], shapes[:, ::-1]
+    shapes = basis @ (shapes * np.sqrt(squares))        # unit modal mass instead of stiffness
     tips = np.kron(along.values(np.array([plate.length_m]), 0)[0],
                    across.values(np.array([plate.width_m]), 0)[0]) @ shapes
     shapes = shapes * np.where(tips < 0, -1.0, 1.0)     # a sign that does not depend on LAPACK

@@ -86,8 +86,8 @@ def test_client_gets_the_true_messages(tmp_path):
     # the seed's own samples: where the first one that arrived lies, all others follow
     whole = simulate(assemble(load_spacecraft()), 120.0, 11).values[:, 1].tolist()
     first = min(range(len(whole)), key=lambda k: abs(whole[k] - values[0]))
-    # blocks of another length differ by rounding alone
-    assert max(abs(v - w) for v, w in zip(values, whole[first:])) < 1e-12
+    # other blocks and BLAS threads differ by rounding alone
+    assert max(abs(v - w) for v, w in zip(values, whole[first:])) < 1e-10
     assert {round(s / 1e7) for s in (stamps[1:] - stamps[:-1]).tolist()} == {1}
 
 

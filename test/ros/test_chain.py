@@ -56,8 +56,8 @@ def test_bag_holds_the_simulation(outcome):
     for i, name in enumerate(samples.channels):
         k = r.names.index(name)
         assert (r.stamps_ns[k] == samples.stamps_ns()).all()
-        # blocks of another length differ by rounding alone
-        assert abs(r.values[k] - samples.values[:, i]).max() < 1e-12
+        # other blocks and BLAS threads differ by rounding alone
+        assert abs(r.values[k] - samples.values[:, i]).max() < 1e-10
 
 
 def test_bag_has_results_too(outcome):

@@ -29,9 +29,9 @@ def test_published_samples_are_the_record(bench, tmp_path, texts):
     assert bench.ended('simulator') == 0
     for i, name in enumerate(NAMES):
         assert [stamp_of(m.header.stamp) for m in heard[name]] == list(record.stamps_ns()[there])
-        # blocks of another length differ by rounding alone
+        # other blocks and BLAS threads differ by rounding alone
         np.testing.assert_allclose([m.accel.linear.z for m in heard[name]],
-                                   record.values[there, i], rtol=0, atol=1e-12)
+                                   record.values[there, i], rtol=0, atol=1e-10)
 
 
 @pytest.mark.parametrize('text, words', [
