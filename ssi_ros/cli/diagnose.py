@@ -131,27 +131,19 @@ def read_samples(path, rate_hz, channels=None):
     Raises
     ------
     ValueError
-        If the clock jumps in the record: its longest part cannot stand for all of it.
+        Without samples, or if the clock jumps: the longest part cannot stand for all of it.
 
     """
-    import numpy as np
+    from dataclasses import replace
 
     from ssi_ros.bag import read_channels
-    from ssi_ros.identify.grid import Grid
-    from ssi_ros.records import Samples
+    from ssi_ros.report.samples import samples_of
 
-    recording = read_channels(path, channels)
-    names = [n.rsplit('/', 1)[-1] for n in recording.names]
-    grid = Grid(names, rate_hz)
-    for i, (stamps, values) in enumerate(zip(recording.stamps_ns, recording.values)):
-        grid.push(i, stamps, values)
-    rows = grid.rows(flush=True)
-    if not rows:
-        raise ValueError(f'{path} has no samples on its accelerometer topics')
-    if len({r.segment for r in rows}) > 1:
-        raise ValueError(f'the clock of {path} jumps; cut the bag there and give one part')
-    values = np.concatenate([r.values for r in rows])
-    return Samples(values, rows[0].rate_hz, tuple(names), rows[0].origin_ns)
+    try:
+        samples = samples_of(read_channels(path, channels), rate_hz)
+    except ValueError as error:
+        raise ValueError(f'{path}: {error}') from error
+    return replace(samples, channels=tuple(n.rsplit('/', 1)[-1] for n in samples.channels))
 
 
 def text(found):

@@ -56,14 +56,15 @@ def centred(samples):
 def longest_part(samples):
     """Return the longest part of a record without a gap of a second, as lines and pulses need."""
     missing = np.isnan(samples.values).any(axis=1)
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], missing.astype(int), [0]])))
-    starts, ends = edges[::2], edges[1::2]
-    long = ends - starts >= samples.rate_hz
-    if not long.any():
-        return samples
-    firsts = np.append(0, ends[long])
-    lasts = np.append(starts[long], len(missing))
-    best = int(np.argmax(lasts - firsts))
-    part = slice(firsts[best], lasts[best])
-    return Samples(samples.values[part], samples.rate_hz, samples.channels, samples.start_ns
-                   + round(firsts[best] * 1e9 / samples.rate_hz))
+    holes = [(a, b) for a, b in runs(missing) if b - a >= samples.rate_hz]
+    firsts = [0] + [b for _, b in holes]
+    lasts = [a for a, _ in holes] + [len(missing)]
+    first, last = max(zip(firsts, lasts), key=lambda part: part[1] - part[0])
+    return Samples(samples.values[first:last], samples.rate_hz, samples.channels,
+                   samples.start_ns + round(first * 1e9 / samples.rate_hz)) if holes else samples
+
+
+def runs(marked):
+    """Return (first, one after the last) of every run of true values."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], marked, [False]])))
+    return list(zip(edges[::2], edges[1::2]))

@@ -64,8 +64,9 @@ def diagnose(spacecraft, samples, settings=DiagnosisSettings(), *, effects=None,
     """
     tell = progress or (lambda share: None)
     names = tuple(effect_class(n).name for n in effects) if effects else tuple(library())
-    raw = match(spacecraft, samples)
-    samples = centred(raw)
+    samples = match(spacecraft, samples)
+    of_samples = symptoms(samples)
+    samples = centred(samples)
     try:
         frame = make_frame(len(samples.values), samples.rate_hz, settings,
                            ~np.isnan(samples.values).any(axis=1))
@@ -87,7 +88,7 @@ def diagnose(spacecraft, samples, settings=DiagnosisSettings(), *, effects=None,
     # a sweep is one over the whole record
     sought = tuple(n for n in wanted if n != 'wheel_speed_sweep' or part is samples)
     torque = reconstruct(simulator, nominal, part, settings)
-    signs = tuple(s for s in symptoms(raw) + torque_signs(torque, sought)
+    signs = tuple(s for s in of_samples + torque_signs(torque, sought)
                   if s.effect.name in wanted)
     # a missing row is a hole, which looks like a spike on all channels
     whole = not np.isnan(part.values).any()
@@ -97,7 +98,7 @@ def diagnose(spacecraft, samples, settings=DiagnosisSettings(), *, effects=None,
            'p_value': _together(scores.p_value(), meter.deviations, signs + odd)}
     where = locate(simulator, nominal.model, evidence, settings)
     tell(0.4)
-    if wrong and not symptoms(raw):
+    if wrong and not of_samples:
         # its level is not that of the model, and neither rails nor holes have made it so
         return wrong_level(wrong, gap, where, scores, signs + odd)
     if gap['p_value'] > settings.false_alarm:
@@ -111,9 +112,10 @@ def diagnose(spacecraft, samples, settings=DiagnosisSettings(), *, effects=None,
         torque = reconstruct(simulator, best.fit, part, settings)
         others = tuple(n for n in sought if n not in best.names)
         more = torque_signs(torque, others) + tuple(
-            s for s in symptoms(raw) if s.effect.name in others)
+            s for s in of_samples if s.effect.name in others)
         meter = measure(best.fit.model, evidence, settings.band_bins)
         odd = odd_signs(torque, samples.channels) if whole else ()
+        far = meter.deviations > FAR
         left = _together(rest.p_value(), meter.deviations, more + odd)
         if left < DOUBT:
             # perhaps only the expected spectrum of the candidate is not exact
@@ -121,15 +123,14 @@ def diagnose(spacecraft, samples, settings=DiagnosisSettings(), *, effects=None,
                                         tuple(s.effect.name for s in more), bool(odd))
             rest, deviations, more, odd = floor.against(rest, meter, more, odd)
             left = _together(rest.p_value(), deviations, more + odd)
-        return rest, more, left
+        return rest, more, left, far
 
     left = 0.0
     if ranked:
-        rest, more, left = left_by(ranked[0])
-        gap_left = measure(ranked[0].fit.model, evidence, settings.band_bins)
-        if gap_left.deviations > FAR:
+        rest, more, left, far = left_by(ranked[0])
+        if far:
             ranked = search.wider(ranked, signs)
-            rest, more, left = left_by(ranked[0])
+            rest, more, left, _ = left_by(ranked[0])
         if pairs and left < DOUBT:
             single = ranked[0]
             search.tell = lambda share: tell(0.7 + 0.2 * share)
@@ -140,8 +141,8 @@ def diagnose(spacecraft, samples, settings=DiagnosisSettings(), *, effects=None,
     tell(0.9)
     before = try_held_out(simulator, evidence, Ranked(nominal), settings, tolerance)
     ranked = [try_held_out(simulator, evidence, r, settings, tolerance) for r in ranked[:TRIED]]
-    controls = [try_held_out(simulator, evidence, r, settings, tolerance)
-                for r in [Ranked(nominal)] + search.at_random(templates, ranked)]
+    controls = [before] + [try_held_out(simulator, evidence, r, settings, tolerance)
+                           for r in search.at_random(templates, ranked)]
     tell(1.0)
     return conclude(ranked, before, left, gap, where, scores, signs + odd, settings, len(names),
                     controls)

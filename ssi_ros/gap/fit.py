@@ -61,6 +61,10 @@ class Simulator:
         self.spacecraft, self.frame, self.duration_s = spacecraft, frame, duration_s
         self.present = tuple(present)
 
+    def on(self, frame):
+        """Return the same model side in another frame."""
+        return Simulator(self.spacecraft, frame, self.duration_s, self.present)
+
     def setup(self, candidate):
         """Return the setup of a candidate, on top of the effects that are already there."""
         return inject(self.spacecraft, self.present + candidate.effects, self.duration_s)

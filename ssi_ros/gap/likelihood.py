@@ -161,7 +161,13 @@ def white(lower, change):
     return lower @ change @ lower.conj().swapaxes(-1, -2)
 
 
-def real_vectors(hermitian):
+def real_vectors(matrices):
     """Return Hermitian matrices as real vectors with the same inner product, (a, k l l)."""
     # the sum of real and imaginary part keeps tr A B: the cross terms cancel by symmetry
-    return (hermitian.real + hermitian.imag).reshape(len(hermitian), -1)
+    return (matrices.real + matrices.imag).reshape(len(matrices), -1)
+
+
+def hermitian(sums):
+    """Return the Hermitian matrices of such sums of real and imaginary part, (..., l, l)."""
+    turned = sums.swapaxes(-1, -2)
+    return (sums + turned) / 2 + 1j * (sums - turned) / 2

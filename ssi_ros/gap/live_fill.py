@@ -11,6 +11,7 @@ import numpy as np
 from scipy.linalg import solve
 
 from ssi_ros.gap.candidate import Candidate
+from ssi_ros.gap.check import runs
 
 REACH = 30      # rows on each side that a missing one is told from
 LONGEST = 30    # rows in a row that can be filled
@@ -23,8 +24,7 @@ def autocovariance(simulator):
     # periodogram of eq. (95) is their Fourier transform
     frame = replace(simulator.frame, rows=4 * lags, first=0, last=2 * lags + 1,
                     overlap=np.concatenate([np.ones(lags), np.zeros(3 * lags)]))
-    nominal = type(simulator)(simulator.spacecraft, frame, simulator.duration_s,
-                              simulator.present).expected(Candidate())
+    nominal = simulator.on(frame).expected(Candidate())
     return np.fft.irfft(nominal.at(np.ones(len(nominal.names)))[0], axis=0)[:lags]
 
 
@@ -71,9 +71,3 @@ def fill(rows, covariance):
         weights = solve(full[np.ix_(there, there)], near[there], assume_a='pos')
         out[first:last][gone[first:last]] = full[np.ix_(wanted, there)] @ weights
     return out
-
-
-def runs(marked):
-    """Return (first, one after the last) of every run of true values."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], marked, [False]])))
-    return list(zip(edges[::2], edges[1::2]))

@@ -10,7 +10,7 @@ from ssi_ros.gap.alarm import Bank, bets_on
 from ssi_ros.gap.candidate import Candidate, starting_points
 from ssi_ros.gap.expected import Expected
 from ssi_ros.gap.fit import Simulator
-from ssi_ros.gap.likelihood import real_vectors, white
+from ssi_ros.gap.likelihood import hermitian, real_vectors, white
 from ssi_ros.gap.live_fill import autocovariance
 from ssi_ros.gap.live_score import sight, statistics
 from ssi_ros.gap.settings import DiagnosisSettings
@@ -254,7 +254,7 @@ def _bank(model, repeats):
     known = set(names) - {'unknown'}
     for i, (name, row) in enumerate(zip(names, model.templates)):
         part = SHARES['power'] if name == 'unknown' else SHARES['library'] / len(known)
-        eigenvalues = np.linalg.eigvalsh(_hermitian(row.reshape(-1, count, count)))
+        eigenvalues = np.linalg.eigvalsh(hermitian(row.reshape(-1, count, count)))
         add(i, bets_on(eigenvalues.ravel(), model.frame.crowding, repeats[i]),
             part / names.count(name))
     for k, again in enumerate(repeats[len(names):]):
@@ -264,9 +264,3 @@ def _bank(model, repeats):
     weight = np.array(weight)
     return Bank(np.array(statistic), np.array(tilt), np.array(price),
                 np.log(weight / weight.sum()))
-
-
-def _hermitian(rows):
-    """Return the Hermitian matrices of which `rows` is the sum of real and imaginary part."""
-    turned = rows.swapaxes(-1, -2)
-    return (rows + turned) / 2 + 1j * (rows - turned) / 2

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ssi_ros.effects.edits import mix, scale_stiffness
-from ssi_ros.gap.likelihood import real_vectors, white
+from ssi_ros.gap.likelihood import hermitian, real_vectors, white
 
 STEP = 1e-4             # relative change for a difference quotient
 LEAST = 0.05            # of a whitened spectrum: a smaller one is no longer a small correction
@@ -65,10 +65,7 @@ class Tolerance:
         most = inverse @ slopes
         # Far from the record, as a wrong candidate is, they must not bend the spectrum.
         most = most * min(1.0, MOST / max(np.abs(most).max(initial=0.0), 1e-300))
-        flat = (most @ self.vectors).reshape(-1, count, count)
-        # the inverse of `real_vectors`: a Hermitian matrix has the transpose as conjugate
-        symmetric, skew = (flat + flat.swapaxes(1, 2)) / 2, (flat - flat.swapaxes(1, 2)) / 2
-        bend = np.eye(count) + symmetric + 1j * skew
+        bend = np.eye(count) + hermitian((most @ self.vectors).reshape(-1, count, count))
         if np.linalg.eigvalsh(bend).min() < LEAST:
             return model
         factor = np.linalg.cholesky(model)

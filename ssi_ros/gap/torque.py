@@ -129,7 +129,7 @@ def torque_filter(simulator, candidate, levels, frame):
     inverse : ndarray, shape (k, l, l)
 
     """
-    whole = type(simulator)(simulator.spacecraft, frame, simulator.duration_s, simulator.present)
+    whole = simulator.on(frame)
     setup = whole.setup(candidate)
     inverse = np.linalg.inv(whole.spectrum(setup).at(levels)[0])
     system = setup.system
@@ -141,7 +141,9 @@ def torque_filter(simulator, candidate, levels, frame):
 
 def torque_signs(torque, names):
     """Return the signs of disturbances that a torque shows, of the effects named."""
-    swings = swing(torque)
+    swings = None
+    if {'impulsive_events', 'nonstationary_excitation'} & set(names):
+        swings = swing(torque)
     tests = {'harmonic_disturbance': lambda: line(torque),
              'impulsive_events': lambda: pulses(torque, swings),
              'nonstationary_excitation': lambda: swings,
