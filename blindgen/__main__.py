@@ -64,7 +64,7 @@ def main(arguments=None):
     given = parser().parse_args(arguments)
     try:
         return _do(given)
-    except ValueError as error:
+    except (ValueError, RuntimeError) as error:
         print(f'blindgen: {error}', file=sys.stderr)
         return 2
 

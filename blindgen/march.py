@@ -7,11 +7,16 @@ forces f through a first-order hold whose end value is solved with the law that 
 stiff stop or a sticking hinge needs no small step. s and r are the deflection and the rate that a
 law sees without its force, c = ds/df(h) and m = dr/df its compliance and mobility over a step.
 
+A spring that stiffens without bound would blow up under that hold once its own frequency passes
+3.5 / h, as under any linear acceleration. Its force is therefore held over the step at the mean
+that does exactly the work that its potential loses (a discrete gradient): no energy is made, at
+any stiffness and any step.
+
 The laws, with the base stiffness k of the hinge already in A:
   0 none
   1 freeplay: f = k clip(s, -gap, gap), no moment within the gap          (k, gap)
   2 Coulomb friction: |f| <= T, the hinge stands while it can             (T)
-  3 cubic: f = -k3 s^3                                                    (k3)
+  3 cubic: f = -k3 s^3, over a step its mean -k3 (s + s0) (s^2 + s0^2) / 4  (k3)
   4 Bouc-Wen: f = k (s - z), z' = r - |r| z / 2 z_y - r |z| / 2 z_y       (k, z_y)
   5 quadratic damping: f = -c |r| r                                       (c)
   6 pumped stiffness: f = -k cos(w t) s                                   (k, w)
@@ -25,12 +30,13 @@ LAWS = {'none': 0, 'freeplay': 1, 'friction': 2, 'cubic': 3, 'bouc_wen': 4, 'qua
         'pumped': 6, 'contact': 7, 'slider': 8}
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model='numpy')
 def law(kind, p, s, r, c, m, held, t, memory):
     """
-    Return the end force of one law and renew its memory (2,); see the module for the letters.
+    Return the force of one law and renew its memory (2,); see the module for the letters.
 
-    held is the mobility of a force held over the whole step, t the time at its end.
+    It is the end force, or the force over the step of the laws that hold it (2 and 3); held is
+    the mobility (2) or the compliance (3) of such a force, t the time at the end of the step.
     """
     if kind == 1:
         inside = s / (1.0 - c * p[0])
@@ -41,14 +47,23 @@ def law(kind, p, s, r, c, m, held, t, memory):
         # Held over the step: the force that stops the hinge, as far as friction reaches.
         return min(max(-r / held, -p[0]), p[0])
     if kind == 3:
-        # e + c k3 e^3 = s: Newton from e = s comes down to the root from one side
-        e = s
-        for _ in range(60):
-            step = (e + c * p[0] * e**3 - s) / (1.0 + 3.0 * c * p[0] * e * e)
-            e -= step
-            if abs(step) <= 1e-12 * abs(e):
+        # e + held k3 (e + e0)(e^2 + e0^2) / 4 = s has one root, between -e0 and s; memory is e
+        e0, q = memory[0], held * p[0] / 4.0
+        low, high, e = min(-e0, s), max(-e0, s), s
+        for _ in range(100):
+            miss = e + q * (e + e0) * (e * e + e0 * e0) - s
+            if miss > 0.0:
+                high = e
+            else:
+                low = e
+            ahead = e - miss / (1.0 + q * (3.0 * e * e + 2.0 * e * e0 + e0 * e0))
+            if not low < ahead < high:
+                ahead = 0.5 * (low + high)
+            step, e = ahead - e, ahead
+            if abs(step) <= 1e-12 * (abs(e) + abs(e0)):
                 break
-        return -p[0] * e**3
+        memory[0] = e
+        return (e - s) / held        # as exact as e, which the law's own cube is not where stiff
     if kind == 4:
         # memory is s - z and s, so that z follows from the deflection without drift
         slip = memory[0]
@@ -80,7 +95,7 @@ def law(kind, p, s, r, c, m, held, t, memory):
     return 0.0
 
 
-@numba.njit(cache=True, fastmath=True)
+@numba.njit(cache=True, fastmath=True, error_model='numpy')
 def march(e, g, p0, p1, c, d, ell, look, kinds, parameters, x, u, smooth, step_s, per_block):
     """
     Integrate and return the accelerations at the samples.
@@ -167,13 +182,16 @@ def march(e, g, p0, p1, c, d, ell, look, kinds, parameters, x, u, smooth, step_s
                     r += look[j, i] * ahead[n + i]
                     compliance += look[j, i] * p1[b, i, j]
                     mobility += look[j, i] * p1[b, n + i, j]
-                    held += look[j, i] * (p0[b, n + i, j] + p1[b, n + i, j])
+                    at = i if kinds[j] == 3 else n + i
+                    held += look[j, i] * (p0[b, at, j] + p1[b, at, j])
                 f = law(kinds[j], parameters[j], s, r, compliance, mobility, held, t,
                         memory[j])
                 forces[j] = f
-                if kinds[j] == 2:          # its old value is not carried into the next step
+                if kinds[j] == 2 or kinds[j] == 3:      # held: not carried into the next step
                     for i in range(two_n):
                         ahead[i] += (p0[b, i, j] + p1[b, i, j]) * f
+                    if kinds[j] == 3:                   # a sensor sees the force at its end
+                        forces[j] = -parameters[j, 0] * memory[j, 0]**3
                 else:
                     carried[j] = f
                     for i in range(two_n):

@@ -41,6 +41,8 @@ def simulate(scenario, duration_s, seed, substeps=None):
     ------
     ValueError
         If the record is shorter than 1 s.
+    ArithmeticError
+        If the integration has run away, which is a fault of this generator.
 
     """
     samples = int(round(duration_s * RATE_HZ))
@@ -70,6 +72,8 @@ def simulate(scenario, duration_s, seed, substeps=None):
     kinds = np.array([0] + [LAWS[kind] for kind, _, _ in scenario.local], dtype=np.int64)
     y = march(*_blocks(scenario, substeps, progress), *_laws(scenario, kinds), x, u[settle:],
               smooth, 1 / (RATE_HZ * substeps), per_block)
+    if not np.all(np.isfinite(y)):
+        raise ArithmeticError('the integration ran away; a law of march.py needs a smaller step')
     return measured(scenario, y, lead, samples, sensor_seed)
 
 

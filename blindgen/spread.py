@@ -1,7 +1,10 @@
 # Licensed under the Apache License, Version 2.0.
 """Spread work over processes with Dask: a cluster of this machine, or any by its address."""
 from contextlib import contextmanager
+from pathlib import Path
+import traceback
 
+import numpy as np
 from tqdm import tqdm
 
 
@@ -54,14 +57,45 @@ def spread(client, function, jobs, text):
     Yield function(*job) of all jobs as they are done, with a progress bar and its ETA.
 
     A job that a lost worker had is done again by another; so what a job writes must be written
-    whole or not at all.
+    whole or not at all. A job that fails stops no other: all are done, then it is told.
+
+    Raises
+    ------
+    ValueError
+        At once if a job finds a user's mistake, which all jobs share.
+    RuntimeError
+        At the end if jobs failed, with how many and why the first one did.
+
     """
+    told, failed = tqdm(_outcomes(client, function, jobs), total=len(jobs), desc=text), []
+    for result, failure in told:
+        if failure:
+            failed.append(failure)
+        else:
+            yield result
+    if failed:
+        raise RuntimeError(f'{text}: {len(failed)} of {len(jobs)} failed, the first by '
+                           f'{failed[0]}\nWhat is done is kept: mend the cause and give the '
+                           'same command again.')
+
+
+def _outcomes(client, function, jobs):
     if client is None:
-        for job in tqdm(jobs, desc=text):
-            yield function(*job)
+        yield from (_tried(function, job) for job in jobs)
         return
     from distributed import as_completed
-    futures = [client.submit(function, *job, pure=False) for job in jobs]
-    for future in tqdm(as_completed(futures), total=len(futures), desc=text):
+    for future in as_completed([client.submit(_tried, function, job, pure=False)
+                                for job in jobs]):
         yield future.result()
         future.release()
+
+
+def _tried(function, job):
+    """Return what a job returns and '', or None and where and why it failed."""
+    try:
+        return function(*job), ''
+    except Exception as error:       # whatever it is, the other cases do not depend on it
+        if isinstance(error, ValueError) and not isinstance(error, np.linalg.LinAlgError):
+            raise
+        at = traceback.extract_tb(error.__traceback__)[-1]
+        return None, f'{type(error).__name__} in {Path(at.filename).name}:{at.lineno}: {error}'

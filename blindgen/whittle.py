@@ -112,9 +112,12 @@ def closed_by_truth(values, index, label, duration_s):
     for effect in label['effects']:
         scenario = EFFECTS[effect['name']].apply(scenario, effect['parameters'])
     # at nominal levels, which the simulations have; those of the record are found with E in place
-    change = np.mean([whitened_bands(whole(*simulate(scenario, duration_s, SEED + k), duration_s))
-                      - null for k, null in enumerate(nulls)], axis=0)
-    after = gap(whole(values, index, duration_s), np.eye(4) + change)
+    with_it = np.mean([whitened_bands(whole(*simulate(scenario, duration_s, SEED + k),
+                                            duration_s)) for k in range(len(nulls))], axis=0)
+    # over that of the same loads without it: a ratio stays positive where little is left
+    root = np.linalg.cholesky(np.mean(nulls, axis=0))
+    half = np.linalg.solve(root, with_it)
+    after = gap(whole(values, index, duration_s), np.linalg.solve(root, _h(half)))
     return {**told, 'after': after, 'closed': (before - after) / (before - low)}
 
 
