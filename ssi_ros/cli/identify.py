@@ -3,6 +3,10 @@ Identify frequencies and damping of a recorded bag on sliding windows.
 
 The same code as the identifier node, on the same samples: the same numbers to the last bit. Any
 bag with numeric fields will do, also one that never saw this package.
+
+Methods: ssi_cov and ssi_data need ambient vibration; era needs a free decay, the response to a
+pulse (begin behind it with --start-s); okid needs the recorded input (--input), such as a torque.
+era and okid tell no spreads; all but ssi_cov need every sample.
 """
 from pathlib import Path
 
@@ -13,11 +17,19 @@ EXAMPLE = 'ssi_ros identify bags/quiet --window-s 60 --hop-s 10 --json -'
 def add_arguments(parser):
     """Declare the options."""
     from ssi_ros.cli._options import add_quantities
-    from ssi_ros.identify.settings import Identification
+    from ssi_ros.identify.settings import Identification, METHODS
     parser.add_argument('bag', type=Path, metavar='BAG', help='folder of the bag, or its .mcap')
     parser.add_argument('--channel', action='append', metavar='TOPIC[:FIELD]',
                         help='a numeric field to use, repeatable (default: accel.linear.z of '
                         'every AccelStamped topic)')
+    parser.add_argument('--method', choices=METHODS, default='ssi_cov',
+                        help='ssi_cov (covariances), ssi_data (projections of the samples), era '
+                        '(free decay), okid (recorded input) (default: ssi_cov)')
+    parser.add_argument('--input', action='append', metavar='TOPIC[:FIELD]',
+                        help='with okid: a recorded input, repeatable')
+    parser.add_argument('--start-s', type=float, default=0.0,
+                        help='leave out what comes before, counted from the first stamp [s] '
+                        '(default: 0)')
     parser.add_argument('--rate-hz', type=float, default=0.0,
                         help='sampling rate [Hz] (default: estimated from the stamps)')
     parser.add_argument('--lateness-s', type=float, default=1.0,
@@ -34,22 +46,27 @@ def run(args):
     import json
     import sys
 
-    from ssi_ros.bag import parse_channel, read_channels
+    from ssi_ros.bag import parse_channel
     from ssi_ros.cli._options import Progress, read_quantities
-    from ssi_ros.identify import Identification
+    from ssi_ros.identify import Identification, Method
     from ssi_ros.identify.modes_json import modes_json
     from ssi_ros.identify.stamped import identify_stamped
 
     settings = read_quantities(args, Identification)
+    inputs = [parse_channel(c) for c in args.input or ()]
+    method = Method(args.method, tuple(c.name for c in inputs))
     with Progress('reading') as progress:
         channels = [parse_channel(c) for c in args.channel] if args.channel else None
-        recording = read_channels(args.bag, channels, progress)
+        recording = _read(args.bag, channels, inputs, progress)
+    first_ns = min(int(s[0]) for s in recording.stamps_ns if len(s))
+    if args.start_s:
+        recording = _begun(recording, args.start_s, first_ns)
     with Progress('identifying') as progress:
         windows, grid = identify_stamped(
             recording.names, recording.stamps_ns, recording.values, settings,
             arrivals_ns=recording.arrivals_ns, rate_hz=args.rate_hz, lateness_s=args.lateness_s,
-            progress=progress)
-    first_ns = min(int(s[0]) for s in recording.stamps_ns if len(s))
+            progress=progress, method=method)
+    names = recording.names[:len(recording.names) - len(inputs)]
     if args.json:
         text = json.dumps(modes_json(windows, first_ns), allow_nan=False)
         if args.json == '-':
@@ -57,19 +74,40 @@ def run(args):
         else:
             Path(args.json).write_text(text)
     out = sys.stderr if args.json == '-' else sys.stdout
-    print(_summary(windows, grid, recording.names, first_ns), file=out)
+    print(_summary(windows, grid, recording.names, method, first_ns), file=out)
     if args.explain is not None:
         from ssi_ros.identify import explain
         print(explain(windows[-1], args.explain), file=out)
     if args.plot:
         from ssi_ros.identify.plots import write_plots
-        for path in write_plots(windows, args.plot, recording.names, recording.stamps_ns,
-                                recording.values, grid.rate_hz):
+        for path in write_plots(windows, args.plot, names, recording.stamps_ns[:len(names)],
+                                recording.values[:len(names)], grid.rate_hz):
             print(f'wrote {path}', file=out)
     return 0 if any(w.modes for w in windows) else 1
 
 
-def _summary(windows, grid, names, first_ns):
+def _read(path, channels, inputs, progress):
+    """Read the channels, all accelerometers where none is named, and the inputs behind them."""
+    from ssi_ros.bag import find_channels, open_bag, read_channels
+    bag, taken = open_bag(path), {(c.topic, c.field) for c in inputs}
+    channels = find_channels(bag) if channels is None else channels
+    channels = [c for c in channels if (c.topic, c.field) not in taken]
+    return read_channels(bag, [*channels, *inputs], progress)
+
+
+def _begun(recording, start_s, first_ns):
+    """Return the samples of a recording that are stamped at a time after the first, or later."""
+    from dataclasses import replace
+    later = [s >= first_ns + round(start_s * 1e9) for s in recording.stamps_ns]
+    if not any(keep.any() for keep in later):
+        end_s = (max(int(s.max()) for s in recording.stamps_ns if len(s)) - first_ns) * 1e-9
+        raise ValueError(f'start_s={start_s:g} is beyond the record, which ends at {end_s:g} s')
+    return replace(recording, **{
+        name: tuple(part[keep] for part, keep in zip(getattr(recording, name), later))
+        for name in ('stamps_ns', 'values', 'arrivals_ns')})
+
+
+def _summary(windows, grid, names, method, first_ns):
     from ssi_ros.cli._table import mode_table
     lines = []
     for name, count in zip(names, grid.counts):
@@ -81,7 +119,10 @@ def _summary(windows, grid, names, first_ns):
         lines.append(f'the clock jumped by {(new - old) * 1e-9:+.3f} s at '
                      f'{(old - first_ns) * 1e-9:.1f} s: a new window began there')
     refused = [w for w in windows if not w.modes]
-    lines.append(f'{len(names)} channels at {grid.rate_hz:g} Hz, {len(windows)} windows, '
+    names = names[:len(names) - len(method.inputs)]
+    by = '' if method.name == 'ssi_cov' else f', {method.name}' + (
+        f' with the input {", ".join(method.inputs)}' if method.inputs else '')
+    lines.append(f'{len(names)} channels at {grid.rate_hz:g} Hz{by}, {len(windows)} windows, '
                  f'{len(refused)} without modes')
     last = windows[-1]
     where = f'{(last.start_ns - first_ns) * 1e-9:.1f} to {(last.end_ns - first_ns) * 1e-9:.1f} s'

@@ -1,4 +1,5 @@
 """What became of the poles near a frequency: "where did my poles above 20 Hz go?"."""
+import math
 
 NEAR = 0.05             # relative distance of the poles that are told about
 LINES = 12
@@ -35,9 +36,9 @@ def explain(window, frequency_hz):
     modes = sorted((m for m in window.modes if distance(m) < NEAR * frequency_hz), key=distance)
     poles = sorted((p for p in window.rejected if distance(p) < NEAR * frequency_hz),
                    key=distance)
-    lines = [f'mode {m.identity}: {m.frequency_hz:.4f} +- {m.frequency_std_hz:.4f} Hz, damping '
-             f'{100 * m.damping_ratio:.2f} +- {100 * m.damping_ratio_std:.2f} %, {m.label}'
-             + (f' ({m.note})' if m.note else '') for m in modes]
+    lines = [f'mode {m.identity}: {with_spread(m.frequency_hz, m.frequency_std_hz, 4)} Hz, '
+             f'damping {with_spread(100 * m.damping_ratio, 100 * m.damping_ratio_std, 2)} %, '
+             + m.label + (f' ({m.note})' if m.note else '') for m in modes]
     seen = set()
     for p in poles:
         if (p.order, p.reason) not in seen and len(seen) < LINES:
@@ -51,3 +52,9 @@ def explain(window, frequency_hz):
     if window.reason:
         lines.append(f'the window: {window.reason}')
     return '\n'.join(lines)
+
+
+def with_spread(value, std, digits, sign='+-'):
+    """Return a number with its standard deviation as text, alone where that is not known."""
+    text = f'{value:.{digits}f}'
+    return f'{text} {sign} {std:.{digits}f}' if math.isfinite(std) else text

@@ -20,6 +20,7 @@ TYPICAL_DAMPING = 5e-3  # if not even the peak of this would be known, nothing i
 APART = 6               # bins from the peak at which other lines are looked for
 ALONE = 3               # bins in which a line has fallen to its surroundings
 COMB = 3                # so many of them are a comb: the excitation itself is periodic
+UNKNOWN = 0.25          # of the damping, in place of a spread that era and okid do not have
 STEADY = 20.0           # most by which the power of a running machine's line changes
 
 
@@ -96,7 +97,7 @@ def expected_sharpness(width):
     return 2.0 + (0.5 * (NEAR + FAR) / max(width, 1e-6)) ** 2      # the median is at the middle
 
 
-def label(candidate, sharp, held_s, comb=False, change=1.0):
+def label(candidate, sharp, held_s, comb=False, change=1.0, decay=False):
     """
     Judge one candidate.
 
@@ -108,6 +109,9 @@ def label(candidate, sharp, held_s, comb=False, change=1.0):
         From `look`.
     held_s : float
         Length of the window [s].
+    decay : bool
+        Whether the window is known to be a free decay. A line does not decay, so there a damping
+        that is seen to act, by a factor e within the window, is that of a mode.
 
     Returns
     -------
@@ -118,9 +122,14 @@ def label(candidate, sharp, held_s, comb=False, change=1.0):
 
     """
     bins = candidate.frequency_hz * held_s          # bins of 1 / T in the frequency
-    low = (candidate.damping_ratio - 2.0 * candidate.damping_ratio_std) * bins
+    if decay and 2.0 * np.pi * candidate.damping_ratio * bins > 1.0:
+        return 'structural', ''
+    std = candidate.damping_ratio_std
+    if np.isnan(std):
+        std = UNKNOWN * max(candidate.damping_ratio, 0.0)
+    low = (candidate.damping_ratio - 2.0 * std) * bins
     width = max(candidate.damping_ratio, 0.0) * bins
-    high = candidate.damping_ratio + 2.0 * candidate.damping_ratio_std
+    high = candidate.damping_ratio + 2.0 * std
     undamped = candidate.damping_ratio < LINE_DAMPING and (width < RESOLVED or high < LINE_DAMPING)
     note = ''
     if undamped and sharp > SHARP and TYPICAL_DAMPING * bins > WIDE:

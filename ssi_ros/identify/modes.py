@@ -3,9 +3,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ssi_ros.identify.realise import factorise, noise_floor, poles_of
-from ssi_ros.identify.spread import block_spectra, spreads_of
-from ssi_ros.identify.stability import chain, hard_criteria, orders_to_try, verdict
+from ssi_ros.identify.realise import poles_of
+from ssi_ros.identify.spread import block_spectra, spreads_of, unknown
+from ssi_ros.identify.stability import chain, hard_criteria, LOW, orders_to_try, verdict
 from ssi_ros.identify.traced import BandTrace
 from ssi_ros.records import Pole
 
@@ -17,7 +17,6 @@ TYPICAL_DAMPING = 5e-3  # of a space structure
 NEGATIVE = 5e-4         # a line's damping may come out so far below 0, whatever its spread
 SHARE_MIN = 3e-4        # of the power of its band; sensors distort what is stronger by so much
 LINE_DAMPING = 1e-3     # poles below it may be lines, whose power is not the structure's
-FLOOR_MARGIN = 1.1      # noise correlations of a finite record scatter about their edge
 
 
 @dataclass(frozen=True)
@@ -53,14 +52,20 @@ class Candidate:
     share: float = 1.0
 
 
-def band_modes(covariances, band, number, rows, settings):
+def band_modes(factors, floor, shares, covariances, band, number, rows, settings):
     """
     Identify the modes of one band in one window.
 
     Parameters
     ----------
+    factors : Factors
+        Of the band.
+    floor : float
+        What singular values noise alone reaches.
+    shares : callable
+        (factors, poles, which) -> share of each channel's power that poles carry, shape (p, l).
     covariances : Covariances
-        Lags 0 to 2 i - 1.
+        Lags 0 to 2 i - 1, with the data blocks from which the spreads come.
     band : Band
         Its rate and range.
     number : int
@@ -78,15 +83,13 @@ def band_modes(covariances, band, number, rows, settings):
         What decided.
 
     """
-    rank = min(settings.order_max, (rows - 1) * covariances.values.shape[1])
-    factors = factorise(covariances, rows, rank, settings.weighting)
-    floor = FLOOR_MARGIN * noise_floor(rows, factors.channels, covariances.counts)
-    if settings.weighting != 'cva':
-        floor *= factors.singular_values[0]
+    rank = len(factors.singular_values)
     significant = int(np.count_nonzero(factors.singular_values > floor))
     if significant < 2:      # a mode needs two states
         return [], [], BandTrace(band.rate_hz, factors.singular_values, floor, ())
-    orders = orders_to_try(significant, len(factors.singular_values), rank, settings.orders)
+    # responses to pulses have so little noise that lower orders only lack modes
+    orders = orders_to_try(significant, rank, settings.order_max, settings.orders,
+                           LOW if factors.inputs is not None else 1.0)
     every = poles_of(factors, orders, band.rate_hz)
     reasons = [hard_criteria(p, band.low_hz, band.high_hz, settings.damping_max) for p in every]
     usable = [np.array([k for k in range(len(p.mu)) if k not in r], dtype=int)
@@ -101,7 +104,7 @@ def band_modes(covariances, band, number, rows, settings):
         else:
             stable.append(c)
     candidates, accepted = [], []
-    found = _candidates(stable, orders, covariances, factors, rows, band, number)
+    found = _candidates(stable, orders, covariances, factors, shares, rows, band, number)
     for c, candidate in zip(stable, found):
         reason = unbelievable(candidate, covariances.held_s)
         if reason:
@@ -120,11 +123,11 @@ def unbelievable(c, held_s):
     The least spread of a damping x from N cycles is sqrt(x / 2 pi N) (Gersch, Journal of the
     American Statistical Association 69, 1974): a mode in noise stays near it, a fit to noise not.
     """
-    x, sx = c.damping_ratio, c.damping_ratio_std          # a spread that is not known is NaN
+    x, sx = c.damping_ratio, c.damping_ratio_std          # NaN where era and okid have none
     told = f'{100 * x:.2f} +- {100 * sx:.2f} %'
     if c.frequency_std_hz > SPREAD_MAX * c.frequency_hz:
         return f'its frequency is spread over more than {100 * SPREAD_MAX:g} %'
-    if x < -(2.0 * sx + NEGATIVE):
+    if x < -(2.0 * np.nan_to_num(sx) + NEGATIVE):
         return f'its damping is negative beyond its spread: {told}'
     least = np.sqrt(TYPICAL_DAMPING / (2.0 * np.pi * c.frequency_hz * held_s))
     if sx > min(DAMPING_SPREAD, EXCESS * least) and x < 1.5 * sx:
@@ -157,21 +160,23 @@ def _common_orders(chains, orders):
     return choice
 
 
-def _candidates(chains, orders, covariances, factors, rows, band, number):
+def _candidates(chains, orders, covariances, factors, shares, rows, band, number):
     """Average the middle members of every chain; shape and spreads are those of one of them."""
     choice = _common_orders(chains, orders)
-    spectra = block_spectra(covariances, rows) if chains else None
+    own_spreads = factors.inputs is not None
+    spectra = block_spectra(covariances, rows) if chains and own_spreads else None
     scale = np.where(covariances.scale > 0.0, covariances.scale, 1.0)
     out = [None] * len(chains)
     for order in sorted(set(choice.values())):
         own = [k for k in range(len(chains)) if choice[k] == order]
         members = [next(m for m in _middle(chains[k]) if m[0].order == order) for k in own]
         poles, which = members[0][0], np.array([k for _, k in members])
-        spreads = spreads_of(factors, poles, which, rows, spectra, band.rate_hz, scale)
+        spreads = (spreads_of(factors, poles, which, rows, spectra, band.rate_hz, scale)
+                   if own_spreads else unknown(len(own), factors.channels))
         shapes = poles.shapes[which] * scale
         top = np.abs(shapes).argmax(axis=1)
         largest = shapes[np.arange(len(own)), top][:, None]
-        shares = shares_of(factors, poles, which)
+        share = shares(factors, poles, which)
         for j, k in enumerate(own):
             few = _middle(chains[k])
             f = sum(float(p.frequency_hz[m]) for p, m in few) / len(few)
@@ -179,15 +184,7 @@ def _candidates(chains, orders, covariances, factors, rows, band, number):
             out[k] = Candidate(
                 f, x, (shapes / largest)[j], float(spreads.frequency_hz[j]),
                 float(spreads.damping_ratio[j]), len(chains[k].members), number,
-                spreads.shape[j], shares[j])
+                spreads.shape[j], share[j])
     lines = [c.share for c in out if c.damping_ratio < LINE_DAMPING]
     rest = np.maximum(1.0 - np.sum(lines, axis=0), 1e-6) if lines else 1.0
     return [replace(c, share=float((c.share / rest).max())) for c in out]
-
-
-def shares_of(factors, poles, which):
-    """Return the share of each channel's variance that poles carry, (p, l), eq. (52)."""
-    own = poles.columns[which]
-    vectors = poles.vectors()
-    g = np.linalg.inv(vectors)[own] @ factors.last_input[:poles.order]
-    return 2.0 * np.abs((poles.raw_shapes()[which] * g / poles.mu[which][:, None]).real)

@@ -13,6 +13,7 @@ from ssi_ros.identify.bands import plan_bands, Thinner
 from ssi_ros.identify.excitation import part_powers, remember, unevenness, why_lost
 from ssi_ros.identify.harmonics import label, look
 from ssi_ros.identify.lags import BLOCKS, Ring
+from ssi_ros.identify.methods import Method, realise
 from ssi_ros.identify.modes import band_modes
 from ssi_ros.identify.settings import Identification
 from ssi_ros.identify.shapes import mac
@@ -47,6 +48,8 @@ class Monitor:
         Stamp of the first row [ns].
     settings : Identification
         Settings.
+    method : Method
+        SSI-COV, or another with its recorded inputs.
 
     Raises
     ------
@@ -55,9 +58,10 @@ class Monitor:
 
     """
 
-    def __init__(self, channels, rate_hz, start_ns=0, settings=Identification()):
+    def __init__(self, channels, rate_hz, start_ns=0, settings=Identification(),
+                 method=Method()):
         self.channels, self.rate_hz = tuple(channels), float(rate_hz)
-        self.start_ns, self.settings = int(start_ns), settings
+        self.start_ns, self.settings, self.method = int(start_ns), settings, method
         if not 1 <= len(self.channels) <= CHANNELS_MAX:
             raise ValueError(f'{len(self.channels)} channels given; 1 to {CHANNELS_MAX} can be '
                              'identified together')
@@ -76,13 +80,13 @@ class Monitor:
                 'lengthen window_s or lower block_rows')
         self.bands = plan_bands(self.rate_hz, settings.window_s, settings.cycles_min,
                                 settings.bands, settings.decimation)
-        width = len(self.channels)
+        width = len(self.channels) + len(method.inputs)
         # spreads need data blocks: where hops are too few, each is booked in several pieces
         self.pieces = int(np.clip(-(-BLOCKS // settings.hops), 1, max(1.0, settings.hop_s * rate)))
         count = settings.hops * self.pieces
         self.thinners = [Thinner(b.factor, width) if b.factor > 1 else None for b in self.bands]
-        self.rings = [Ring(count, 2 * self.rows - 1, width) for _ in self.bands]
-        self.kept = [deque(maxlen=count) for _ in self.bands]
+        self.rings = [Ring(count, 2 * self.rows - 1, len(self.channels)) for _ in self.bands]
+        self.kept, self.driven = ([deque(maxlen=count) for _ in self.bands] for _ in range(2))
         self.waiting = np.empty((0, width))
         self.offset, self.wild = None, 0
         self.taken = 0                     # whole pieces taken in
@@ -95,7 +99,7 @@ class Monitor:
         Parameters
         ----------
         values : ndarray, shape (n, l), [m/s^2]
-            NaN where a sample is missing.
+            NaN where a sample is missing. Columns of the method's inputs follow.
 
         Returns
         -------
@@ -104,8 +108,9 @@ class Monitor:
 
         """
         values = np.asarray(values, dtype=float)
-        if values.ndim != 2 or values.shape[1] != len(self.channels):
-            raise ValueError(f'rows of shape {values.shape} given; (n, {len(self.channels)}) is '
+        width = self.waiting.shape[1]
+        if values.ndim != 2 or values.shape[1] != width:
+            raise ValueError(f'rows of shape {values.shape} given; (n, {width}) is '
                              'needed, one column a channel')
         self.waiting = np.concatenate([self.waiting, values])
         results = []
@@ -150,11 +155,13 @@ class Monitor:
             there = ~np.isnan(rows).all(axis=0)
             self.offset[there] = np.nanmedian(rows[:, there], axis=0)
         rows = rows - self.offset
-        for thinner, ring, kept in zip(self.thinners, self.rings, self.kept):
+        own = len(self.channels)
+        for thinner, ring, kept, driven in zip(self.thinners, self.rings, self.kept, self.driven):
             if thinner is not None:
                 rows = thinner.push(rows)
-            ring.push(rows)
-            kept.append(rows)
+            ring.push(rows[:, :own])
+            kept.append(rows[:, :own])
+            driven.append(rows[:, own:])
         self.taken += 1
 
     def _identify(self, keep=True):
@@ -176,11 +183,14 @@ class Monitor:
             if not live.any():
                 break
             try:
-                covariances = ring.covariances(piece_s) if number else first
-                covariances = covariances.of(live)
-                found, left, trace = band_modes(covariances, band, number, self.rows,
+                covariances = (ring.covariances(piece_s) if number else first).of(live)
+                kept, driven = self.kept[number], self.driven[number]
+                realised = realise(
+                    self.method, covariances, lambda: np.concatenate(kept)[:, live],
+                    lambda: np.concatenate(driven), self.rows, self.settings)
+                found, left, trace = band_modes(*realised, covariances, band, number, self.rows,
                                                 self.settings)
-            except np.linalg.LinAlgError as error:
+            except (np.linalg.LinAlgError, ValueError) as error:
                 reason = '; '.join(filter(None, (reason, f'band of {band.rate_hz:g} Hz: {error}')))
                 continue
             candidates += [spread_shape(c, live) for c in found]
@@ -210,7 +220,7 @@ class Monitor:
         rows = self._row(ring.filled) / self.settings.decimation
         share = np.minimum(ring.present.sum(axis=0) / max(1.0, rows), 1.0)
         sparse = share < PRESENT_MIN
-        flat = ~sparse & (covariances.scale <= 1e-9 * np.abs(offset))
+        flat = ~sparse & (covariances.scale <= 1e-9 * np.abs(offset[:len(share)]))
         live = ~(sparse | flat)
         words = [f'channel {self.channels[k]} misses {100 * (1 - share[k]):.0f} % of its samples'
                  for k in np.flatnonzero(sparse)]
@@ -235,7 +245,7 @@ class Monitor:
                 continue
             peaks = look(np.concatenate(kept), band.rate_hz, [c.frequency_hz for c in own])
             for c, *seen in zip(own, peaks.sharpness, peaks.comb, peaks.change):
-                word, note = label(c, seen[0], held_s, *seen[1:])
+                word, note = label(c, seen[0], held_s, *seen[1:], self.method.name == 'era')
                 modes.append(Mode(c.frequency_hz, c.damping_ratio, c.shape, c.frequency_std_hz,
                                   c.damping_ratio_std, c.shape_std, label=word, note=note))
         return tuple(modes)
@@ -279,7 +289,7 @@ def _alike(a, b):
             and mac(a.shape[None], b.shape[None])[0, 0] > 0.7)
 
 
-def identify(samples, settings=Identification(), progress=None):
+def identify(samples, settings=Identification(), progress=None, method=Method()):
     """
     Identify the modes of a whole record on sliding windows.
 
@@ -291,6 +301,8 @@ def identify(samples, settings=Identification(), progress=None):
         Settings.
     progress : callable, optional
         Called with (hops done, hops in all).
+    method : Method
+        SSI-COV, or another; its inputs are the last channels of the record.
 
     Returns
     -------
@@ -298,7 +310,8 @@ def identify(samples, settings=Identification(), progress=None):
         One a hop; for a record shorter than the window one that says what is missing.
 
     """
-    monitor = Monitor(samples.channels, samples.rate_hz, samples.start_ns, settings)
+    channels = samples.channels[:len(samples.channels) - len(method.inputs)]
+    monitor = Monitor(channels, samples.rate_hz, samples.start_ns, settings, method)
     total = int(samples.duration_s / settings.hop_s + 1e-9)
     windows, step = [], settings.hop_s * samples.rate_hz
     for hop in range(total):

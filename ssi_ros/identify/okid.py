@@ -32,6 +32,29 @@ def pulse_responses(inputs, outputs, steps, count):
         Where the records do not fit each other, or are too short for the steps.
 
     """
+    return responses_and_noise(inputs, outputs, steps, count)[0]
+
+
+def responses_and_noise(inputs, outputs, steps, count, ridge=0.0):
+    """
+    Return pulse responses, and the standard error of one of their samples.
+
+    Parameters
+    ----------
+    inputs, outputs, steps, count
+        As `pulse_responses` takes them.
+    ridge : float, optional
+        White noise that the past is taken to have, of its rms. Behind a low-pass filter the past
+        holds nothing near the highest frequency; an observer that is free there runs away.
+
+    Returns
+    -------
+    responses : ndarray, shape (K, l, r)
+    noise : float
+        Residual of the observer over the root of the number of samples, in units of the outputs
+        over those of the inputs: as if the inputs were white and of unit variance.
+
+    """
     inputs, outputs = np.asarray(inputs, dtype=float), np.asarray(outputs, dtype=float)
     if inputs.ndim != 2 or outputs.ndim != 2 or len(inputs) != len(outputs):
         raise ValueError(f'inputs of shape {inputs.shape} and outputs of shape {outputs.shape} '
@@ -47,7 +70,14 @@ def pulse_responses(inputs, outputs, steps, count):
     past = np.lib.stride_tricks.sliding_window_view(both[:-1], steps, axis=0)[:, :, ::-1]
     table = np.concatenate([inputs[steps:], past.transpose(0, 2, 1).reshape(n - steps, -1)],
                            axis=1)
-    fit = np.linalg.lstsq(table, outputs[steps:], rcond=None)[0].T
+    if ridge:
+        lift = ridge * np.sqrt((table ** 2).sum(axis=0))
+        fit = np.linalg.solve(table.T @ table + np.diag(lift ** 2), table.T @ outputs[steps:])
+    else:
+        fit = np.linalg.lstsq(table, outputs[steps:], rcond=None)[0]
+    left = outputs[steps:] - table @ fit
+    noise = np.sqrt((left ** 2).mean() / max(1, len(table) - unknown))
+    fit = fit.T
     observer = fit[:, r:].reshape(width, steps, r + width)
     # h_0 is the feedthrough; h_k = B_k + sum over i of A_i h_(k-i), nothing beyond p steps
     out = [fit[:, :r]]
@@ -56,4 +86,4 @@ def pulse_responses(inputs, outputs, steps, count):
         for i in range(1, min(k, steps) + 1):
             h += observer[:, i - 1, r:] @ out[k - i]
         out.append(h)
-    return np.array(out[1:])
+    return np.array(out[1:]), float(noise)

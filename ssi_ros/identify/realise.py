@@ -300,3 +300,11 @@ def poles_of(factors, orders, rate_hz, scale=1.0):
                            factors.observability[:factors.channels, :n],
                            pairs[own] - starts[k]))
     return every
+
+
+def shares_of(factors, poles, which):
+    """Return the share of each channel's variance that poles carry, (p, l), eq. (52)."""
+    own = poles.columns[which]
+    vectors = poles.vectors()
+    g = np.linalg.inv(vectors)[own] @ factors.last_input[:poles.order]
+    return 2.0 * np.abs((poles.raw_shapes()[which] * g / poles.mu[which][:, None]).real)

@@ -4,6 +4,7 @@ from dataclasses import dataclass, fields
 from ssi_ros.quantity import check, quantity
 
 WEIGHTINGS = ('cva', 'upc')
+METHODS = ('ssi_cov', 'ssi_data', 'era', 'okid')
 
 
 @dataclass(frozen=True)

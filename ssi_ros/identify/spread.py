@@ -37,6 +37,12 @@ class Spreads:
     shape: np.ndarray
 
 
+def unknown(number, channels):
+    """Return the Spreads of poles of which nothing is known."""
+    return Spreads(np.full(number, np.nan), np.full(number, np.nan),
+                   np.full((number, channels), np.nan))
+
+
 def functionals(factors, poles, which, rows):
     """
     Return the vectors of the functionals of every pole and of its shape, eq. (53).
@@ -144,8 +150,7 @@ def spreads_of(factors, poles, which, rows, spectra, rate_hz, scale=1.0):
     """
     number, p = spectra.shape[-1], len(which)
     if number < BLOCKS_MIN:
-        return Spreads(np.full(p, np.nan), np.full(p, np.nan),
-                       np.full((p, factors.channels), np.nan))
+        return unknown(p, factors.channels)
     a, b = functionals(factors, poles, which, rows)
     moved = changes(a, b, spectra)
     mu = poles.mu[which]

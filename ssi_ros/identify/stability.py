@@ -18,6 +18,7 @@ MAC_STEP = 0.5           # least MAC from order to order
 SHARE = 0.6              # of the orders from its first on, in which a mode must appear
 COST_FREQUENCY = 0.003   # relative change of frequency that weighs as much as MAC 0
 COST_DAMPING = 0.02      # change of damping that weighs as much
+LOW = 0.7                # of the significant singular values in the lowest order that votes
 BEYOND = 2               # orders past the significant ones at which a mode may first appear
 
 
@@ -29,7 +30,7 @@ class Chain:
     first: int               # position of the first order in the list of orders
 
 
-def orders_to_try(significant, rank, order_max, count):
+def orders_to_try(significant, rank, order_max, count, lowest=LOW):
     """
     Return the even model orders that vote.
 
@@ -43,6 +44,8 @@ def orders_to_try(significant, rank, order_max, count):
         Setting of the user.
     count : int
         Number of orders wanted.
+    lowest : float
+        Of the significant ones in the lowest order.
 
     Returns
     -------
@@ -50,7 +53,7 @@ def orders_to_try(significant, rank, order_max, count):
 
     """
     top = min(rank, order_max, max(significant + 12, int(1.3 * significant)))
-    low = max(2, int(0.7 * min(significant, top)))
+    low = max(2, int(lowest * min(significant, top)))
     return tuple(sorted({2 * round(0.5 * n) for n in np.linspace(low, top, count)
                          if 2 <= 2 * round(0.5 * n) <= rank}))
 
@@ -144,6 +147,7 @@ def verdict(c, orders, significant):
     if first > max(enough, min(significant + BEYOND, orders[-1] - 6)):
         return f'only from order {first} on; the {significant} significant ones do not need it'
     needed = max(3, int(np.ceil(SHARE * (len(orders) - c.first))), len(orders) // 2 + 1)
+    needed = min(needed, len(orders))         # without noise the rank leaves few orders
     if len(c.members) < needed:
         return f'in {len(c.members)} of {len(orders)} orders; {needed} are needed'
     return ''

@@ -4,6 +4,7 @@ import numpy as np
 from ssi_ros.quantity import quantities
 
 from .grid import Grid
+from .methods import Method
 from .monitor import Monitor
 
 CHUNK_S = 10.0            # stamped samples are pushed in pieces of this length
@@ -19,18 +20,21 @@ class SegmentMonitor:
         Names of the channels.
     settings : Identification
         Settings of the identification.
+    method : Method
+        How windows are identified; the columns of its inputs follow those of the channels.
 
     """
 
-    def __init__(self, channels, settings):
-        self.channels, self.settings = tuple(channels), settings
+    def __init__(self, channels, settings, method=Method()):
+        self.channels, self.settings, self.method = tuple(channels), settings, method
         self.monitor, self._segment, self._held = None, None, 0
 
     def push(self, rows):
         """Add Rows of the grid; return the windows whose end they reach, a list."""
         if self.monitor is None or rows.segment != self._segment:
             start_ns = rows.origin_ns + round(rows.first * 1e9 / rows.rate_hz)
-            self.monitor = Monitor(self.channels, rows.rate_hz, start_ns, self.settings)
+            self.monitor = Monitor(self.channels, rows.rate_hz, start_ns, self.settings,
+                                   self.method)
             self._segment, self._held = rows.segment, 0
         self._held += len(rows.values)
         return self.monitor.push(rows.values)
@@ -63,14 +67,14 @@ class SegmentMonitor:
 
 
 def identify_stamped(names, stamps_ns, values, settings, *, arrivals_ns=None, rate_hz=0.0,
-                     lateness_s=1.0, progress=None):
+                     lateness_s=1.0, progress=None, method=Method()):
     """
     Identify channels of stamped samples on sliding windows.
 
     Parameters
     ----------
     names : sequence of str
-        Names of the l channels.
+        Names of the l channels; those of the method's inputs are the last.
     stamps_ns : sequence of ndarray of int64
         Stamps of each channel [ns], in the order of arrival.
     values : sequence of ndarray
@@ -85,6 +89,8 @@ def identify_stamped(names, stamps_ns, values, settings, *, arrivals_ns=None, ra
         See `Grid` [s].
     progress : callable, optional
         Called with the share done, 0 to 1.
+    method : Method
+        How windows are identified.
 
     Returns
     -------
@@ -95,7 +101,7 @@ def identify_stamped(names, stamps_ns, values, settings, *, arrivals_ns=None, ra
 
     """
     grid = Grid(names, rate_hz, lateness_s)
-    follow = SegmentMonitor(names, settings)
+    follow = SegmentMonitor(names[:len(names) - len(method.inputs)], settings, method)
     windows = []
     pieces = _pieces(stamps_ns if arrivals_ns is None else arrivals_ns)
     for done, piece in enumerate(pieces):

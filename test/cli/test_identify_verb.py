@@ -99,3 +99,53 @@ def test_faults_are_summed_up(tmp_path, capsys):
     write_samples(tmp_path / 'gap', Samples(values, 100.0, samples.channels, 10 ** 18))
     main(['identify', str(tmp_path / 'gap'), '--window-s', '40', '--hop-s', '10'])
     assert 'e2_a: 5 missing' in capsys.readouterr().out
+
+
+def test_methods_by_the_verb(tmp_path, capsys):
+    """ERA from behind the pulse, OKID with its input, SSI-DATA: modes, JSON, plots and text."""
+    rng, t = np.random.default_rng(4), np.arange(6000) / 100.0
+    turn = 2.0 * np.pi * 8.0 * (1j - 0.005)
+    quiet, ringing = np.zeros(500), np.exp(turn * t).imag
+    force = rng.standard_normal(6000)
+    driven = np.zeros(6000, dtype=complex)
+    for k in range(1, 6000):
+        driven[k] = np.exp(turn / 100.0) * driven[k - 1] + force[k - 1]
+    one = {'decay': np.concatenate([quiet, ringing]), 'driven': driven.imag}
+    for name, x in one.items():
+        noise = 1e-3 * x.std() * rng.standard_normal((len(x), 2))
+        values = np.column_stack([np.outer(x, [1.0, -0.5]) + noise, np.zeros(len(x))])
+        values[-6000:, 2] = force
+        write_samples(tmp_path / name, Samples(values, 100.0, ('a', 'b', 'torque'), 10 ** 18))
+    accelerometers = ['--channel', '/accelerometer/a', '--channel', '/accelerometer/b']
+    window = ['--window-s', '60', '--hop-s', '10', '--json', str(tmp_path / 'm.json')]
+    for words, said in (
+            ([str(tmp_path / 'decay'), *accelerometers, '--method', 'era', '--start-s', '5',
+              '--plot', str(tmp_path / 'plots')], '2 channels at 100 Hz, era, 1 windows'),
+            ([str(tmp_path / 'driven'), '--method', 'okid', '--input', '/accelerometer/torque'],
+             'okid with the input torque'),
+            ([str(tmp_path / 'driven'), *accelerometers, '--method', 'ssi_data'], 'ssi_data')):
+        assert main(['identify', *words, *window]) == 0
+        assert said in capsys.readouterr().out
+        mode, = json.loads((tmp_path / 'm.json').read_text())['windows'][-1]['modes']
+        # a minute holds 480 cycles
+        assert abs(mode['frequency_hz'] - 8.0) < 0.02 and np.shape(mode['shape']) == (2, 2)
+        assert (mode['frequency_std_hz'] is None) == ('ssi_data' not in words)
+    assert 'nan' not in (tmp_path / 'plots' / 'index.html').read_text().split('<script')[0]
+
+
+@pytest.mark.parametrize('words, said', [
+    (['--method', 'okid'], 'name its channel'),
+    (['--input', '/accelerometer/e1_a'], 'use okid'),
+    (['--method', 'okid', '--input', '/torque'], 'it has /accelerometer/e1_a'),
+    (['--start-s', '1e4'], 'which ends at')])
+def test_what_a_method_needs_is_told(words, said, capsys):
+    """Exit code 2 and what to do."""
+    assert main(['identify', str(BAGS / 'ambient'), *words]) == 2
+    assert said in capsys.readouterr().err
+
+
+def test_era_on_ambient_vibration(capsys):
+    """No mode, and the reason: exit code 1."""
+    assert main(['identify', str(BAGS / 'ambient'), '--method', 'era', '--window-s', '60',
+                 '--hop-s', '60']) == 1
+    assert 'needs the response to a pulse' in capsys.readouterr().out
