@@ -45,12 +45,12 @@ def main(argv=None):
     args = parser().parse_args(argv)
     try:
         return args.run(args) or 0
+    except BrokenPipeError:         # an OSError, so it goes first: the reader has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
     except (ValueError, OSError) as error:
         print(f'ssi_ros {args.verb}: {error}', file=sys.stderr)
         return 2
     except KeyboardInterrupt:
         print(f'ssi_ros {args.verb}: stopped', file=sys.stderr)
         return 130
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0

@@ -1,4 +1,8 @@
 """The verb `model`, as a user runs it."""
+import os
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 from ssi_ros.cli.main import main
@@ -30,3 +34,13 @@ def test_a_bad_file_is_told(tmp_path, capsys, text, words):
     assert main(['model', '--config', str(path)]) == 2
     error = capsys.readouterr().err
     assert words in error and error.count('\n') == 1
+
+
+def test_a_reader_that_has_gone_is_no_error():
+    """`ssi_ros model | head -1` ends without a word, though a broken pipe is an OSError."""
+    read, write = os.pipe()
+    os.close(read)
+    done = subprocess.run([sys.executable, '-u', '-m', 'ssi_ros', 'model'], stdout=write,
+                          stderr=subprocess.PIPE, text=True, timeout=60)
+    os.close(write)
+    assert done.returncode == 0 and not done.stderr
