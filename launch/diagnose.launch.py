@@ -2,16 +2,23 @@
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument
 from launch.conditions import IfCondition
-from launch.substitutions import LaunchConfiguration, PathJoinSubstitution, PythonExpression
+from launch.substitutions import (LaunchConfiguration, NotEqualsSubstitution,
+                                  PathJoinSubstitution)
 from launch_ros.actions import Node
+from launch_ros.parameter_descriptions import ParameterValue
 from launch_ros.substitutions import FindPackageShare
+
+
+def value(argument, kind):
+    """Return an argument as a parameter of one type: a rate of 10 is 10.0, a bag 7 a name."""
+    return ParameterValue(LaunchConfiguration(argument), value_type=kind)
 
 
 def generate_launch_description():
     """Return gap node and identifier, with a player if a bag is given."""
     config = PathJoinSubstitution([FindPackageShare('ssi_ros'), 'config'])
-    sim_time = {'use_sim_time': LaunchConfiguration('use_sim_time')}
-    bag = LaunchConfiguration('bag')
+    with_bag = NotEqualsSubstitution(LaunchConfiguration('bag'), '')
+    sim_time = {'use_sim_time': value('use_sim_time', bool)}
 
     def node(name, *more, **keywords):
         settings = PathJoinSubstitution([config, f'{name}.yaml'])
@@ -27,17 +34,17 @@ def generate_launch_description():
                               description='a result every so often'),
         DeclareLaunchArgument('false_alarm_every_s', default_value='2592000.0',
                               description='least mean time between false alarms'),
-        DeclareLaunchArgument('use_sim_time', default_value='false',
-                              description='true for a bag or a simulator with /clock'),
         DeclareLaunchArgument('bag', default_value='', description='the bag to play, if any'),
+        DeclareLaunchArgument('use_sim_time', default_value=with_bag,
+                              description='true with a bag, or a simulator with /clock'),
         DeclareLaunchArgument('rate', default_value='1.0',
                               description='seconds of the bag a second'),
-        node('gap', sim_time, {'model': LaunchConfiguration('model'),
-                               'window_s': LaunchConfiguration('window_s'),
-                               'hop_s': LaunchConfiguration('hop_s'),
-                               'false_alarm_every_s': LaunchConfiguration('false_alarm_every_s')}),
+        node('gap', sim_time, {'model': value('model', str),
+                               'window_s': value('window_s', float),
+                               'hop_s': value('hop_s', float),
+                               'false_alarm_every_s': value('false_alarm_every_s', float)}),
         node('identifier', sim_time),
-        node('player', {'bag': bag, 'wait_for_subscribers': 2,
-                        'rate': LaunchConfiguration('rate'), 'topics': ['/accelerometer/.*']},
-             condition=IfCondition(PythonExpression(["'", bag, "' != ''"]))),
+        node('player', {'bag': value('bag', str), 'wait_for_subscribers': 2,
+                        'rate': value('rate', float), 'topics': ['/accelerometer/.*']},
+             condition=IfCondition(with_bag)),
     ])

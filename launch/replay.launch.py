@@ -3,7 +3,13 @@ from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node
+from launch_ros.parameter_descriptions import ParameterValue
 from launch_ros.substitutions import FindPackageShare
+
+
+def value(argument, kind):
+    """Return an argument as a parameter of one type: a rate of 10 is 10.0, a bag 7 a name."""
+    return ParameterValue(LaunchConfiguration(argument), value_type=kind)
 
 
 def generate_launch_description():
@@ -19,8 +25,8 @@ def generate_launch_description():
                          {'use_sim_time': True}]),
         Node(package='ssi_ros', executable='player_node', name='player', output='screen',
              parameters=[PathJoinSubstitution([config, 'player.yaml']),
-                         {'bag': LaunchConfiguration('bag'), 'wait_for_subscribers': 1,
-                          'rate': LaunchConfiguration('rate'),
+                         {'bag': value('bag', str), 'wait_for_subscribers': 1,
+                          'rate': value('rate', float),
                           'topics': ['/accelerometer/.*'],
-                          'loop': LaunchConfiguration('loop')}]),
+                          'loop': value('loop', bool)}]),
     ])

@@ -5,6 +5,7 @@ import re
 import xml.etree.ElementTree as ElementTree
 
 import pytest
+import yaml
 
 ROOT = Path(__file__).resolve().parent.parent
 LAUNCH = sorted((ROOT / 'launch').glob('*.launch.py'))
@@ -25,7 +26,8 @@ def test_launch_file(path):
     assert any(isinstance(n, ast.FunctionDef) and n.name == 'generate_launch_description'
                for n in tree.body)
     declared = {c.args[0].value for c in calls(tree, 'DeclareLaunchArgument')}
-    used = {c.args[0].value for c in calls(tree, 'LaunchConfiguration')}
+    used = {c.args[0].value for name in ('LaunchConfiguration', 'value')
+            for c in calls(tree, name) if isinstance(c.args[0], ast.Constant)}
     assert declared == used
     nodes = re.search(r'nodes = \((.*?)\)', SETUP)[1]
     for call in calls(tree, 'Node'):
@@ -39,12 +41,19 @@ def test_launch_file(path):
 
 @pytest.mark.parametrize('path', LAUNCH, ids=lambda p: p.name)
 def test_launch_parameters_exist(path):
-    """Every parameter that a launch file sets is one of a node."""
-    known = set(re.findall(r'^ +(\w+):', ''.join(
-        p.read_text() for p in (ROOT / 'config').glob('*.yaml')), re.MULTILINE))
+    """Every parameter that a launch file sets is one of a node, an argument of its very type."""
+    known = {'use_sim_time': False}
+    for p in (ROOT / 'config').glob('*.yaml'):
+        for node in (yaml.safe_load(p.read_text()) or {}).values():
+            known |= node.get('ros__parameters', {}) if isinstance(node, dict) else {}
     for n in ast.walk(ast.parse(path.read_text())):
-        if isinstance(n, ast.Dict):
-            assert {k.value for k in n.keys} <= known | {'use_sim_time'}
+        for key, value in zip(n.keys, n.values) if isinstance(n, ast.Dict) else ():
+            default = known[key.value]
+            if isinstance(value, ast.Call):
+                # without a type launch guesses one: a rate of 10 an integer, a bag 7 a number
+                assert value.func.id == 'value' and value.args[1].id == type(default).__name__
+            else:
+                assert type(ast.literal_eval(value)) is type(default), key.value
 
 
 def test_versions_agree():
