@@ -3,6 +3,7 @@ import html
 
 import numpy as np
 
+from ssi_ros.identify.explain import with_spread
 from ssi_ros.identify.plot_stability import accepted, kind_of, shown
 from ssi_ros.identify.plot_style import INK
 from ssi_ros.identify.plot_tracks import histories, values_of
@@ -10,9 +11,15 @@ from ssi_ros.identify.shapes import collinearity, upright
 
 SYMBOLS = {'^': 'triangle-up', 'x': 'x', 's': 'square', 'D': 'diamond', '+': 'cross',
            '.': 'circle-open'}
-HEAD = ('<!doctype html><html lang="en"><head><meta charset="utf-8"><title>Identification</title>'
-        '<style>body{font-family:sans-serif;max-width:1200px;margin:1em auto}'
-        'td,th{padding:2px 10px;text-align:right}</style></head><body><h1>Identification</h1>')
+# of the tracks: 24 lines that differ without colour
+DASHES = ('solid', 'dash', 'dot', 'dashdot')
+MARKS = ('circle', 'square', 'diamond', 'cross', 'triangle-up', 'x')
+HEAD = ('<!doctype html><html lang="en"><head><meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        '<title>Identification</title><style>'
+        'body{font-family:sans-serif;max-width:1200px;margin:1em auto;padding:0 1em}'
+        'td,th{padding:2px 10px;text-align:right;white-space:nowrap}</style></head><body>'
+        '<h1>Identification</h1>')
 
 
 def page(windows, names, spectrum, total):
@@ -46,18 +53,20 @@ def page(windows, names, spectrum, total):
              f'{html.escape(last.reason)}</p>', _table(last)]
     for k, figure in enumerate(figures):
         figure.update_layout(template='simple_white', font_size=12)
-        parts.append(to_html(figure, full_html=False, include_plotlyjs=k == 0,
-                             config={'displaylogo': False}))
+        parts.append('<div style="overflow-x:auto"><div style="min-width:800px">' + to_html(
+            figure, full_html=False, include_plotlyjs=k == 0,
+            config={'displaylogo': False, 'responsive': True}) + '</div></div>')
     return '\n'.join(parts) + '</body></html>'
 
 
 def _table(window):
-    rows = ['<table><tr><th>identity</th><th>frequency [Hz]</th><th>damping [%]</th>'
-            '<th>label</th></tr>']
-    rows += [f'<tr><td>{m.identity}</td><td>{m.frequency_hz:.4f} ± {m.frequency_std_hz:.4f}</td>'
-             f'<td>{100 * m.damping_ratio:.3f} ± {100 * m.damping_ratio_std:.3f}</td>'
+    rows = ['<div style="overflow-x:auto"><table><tr><th>identity</th><th>frequency [Hz]</th>'
+            '<th>damping [%]</th><th>label</th></tr>']
+    rows += [f'<tr><td>{m.identity}</td>'
+             f'<td>{with_spread(m.frequency_hz, m.frequency_std_hz, 4, "±")}</td>'
+             f'<td>{with_spread(100 * m.damping_ratio, 100 * m.damping_ratio_std, 3, "±")}</td>'
              f'<td>{m.label} {html.escape(m.note)}</td></tr>' for m in window.modes]
-    return ''.join(rows) + '</table>'
+    return ''.join(rows) + '</table></div>'
 
 
 def _stabilisation(window, spectrum):
@@ -79,7 +88,8 @@ def _stabilisation(window, spectrum):
     figure.update_layout(
         title='Poles of all orders in the last window: point at one for its reason',
         xaxis={'title': 'frequency [Hz]', 'type': 'log'}, yaxis={'title': 'model order'},
-        yaxis2={'overlaying': 'y', 'side': 'right', 'title': 'spectrum [dB]', 'showgrid': False},
+        yaxis2={'overlaying': 'y', 'side': 'right', 'title': 'spectrum [dB]', 'showgrid': False,
+                'tickmode': 'auto'},
         legend={'orientation': 'h', 'y': -0.2}, height=600)
     return figure
 
@@ -96,11 +106,12 @@ def _poles(figure, poles, name, symbol, colour):
 def _tracks(windows, what):
     import plotly.graph_objects as go
     figure = go.Figure()
-    for identity, history in histories(windows).items():
+    for k, (identity, history) in enumerate(histories(windows).items()):
         modes = [m for _, m in history]
         values, spreads = values_of(modes, what)
         figure.add_scatter(x=[t for t, _ in history], y=values, mode='lines+markers',
                            name=f'{identity}: {modes[-1].frequency_hz:.3f} Hz',
+                           line_dash=DASHES[k % 4], marker_symbol=MARKS[k // 4 % 6],
                            error_y={'array': np.nan_to_num(spreads), 'thickness': 0.8})
     figure.update_layout(
         title=f'{what.capitalize()} over the windows, one standard deviation; a click in the '

@@ -102,7 +102,7 @@ def _recorded(samples, facts):
     rows = [('length', f'{samples.duration_s:g} s, {len(samples.values)} samples at '
              f'{samples.rate_hz:g} Hz'), *facts]
     with np.errstate(invalid='ignore'):
-        channels = [(name, f'{1e3 * np.nanstd(v):.4g}', f'{1e3 * np.nanmax(np.abs(v)):.4g}',
+        channels = [(name, f'{1e3 * np.nanstd(v):#.4g}', f'{1e3 * np.nanmax(np.abs(v)):#.4g}',
                      percent(float(m.mean()), 2))
                     for name, v, m in zip(samples.channels, samples.values.T, missing.T)
                     if not m.all()]

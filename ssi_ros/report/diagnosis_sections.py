@@ -5,7 +5,7 @@ from ssi_ros.report.parts import measured, number, percent, Section, Table
 from ssi_ros.report.record_pictures import spectra
 
 OUTCOMES = {
-    'WITHIN_FLOOR': 'No gap: the record is what the model says',
+    'WITHIN_FLOOR': 'No gap',
     'EXPLAINED': 'There is a gap, and it is explained',
     'TIED': 'There is a gap, and several effects explain it equally well',
     'UNEXPLAINED': 'There is a gap that no effect of the library explains',
@@ -67,7 +67,9 @@ def places_of(diagnosis):
 def _is_there(found):
     gap = found['gap']
     lines = [OUTCOMES.get(found['outcome'], found['outcome']) + ': ' + found['reason'] + '.']
-    lines += [f'Sign: {s}' for s in found.get('signs', ())]
+    if found.get('signs'):
+        lines.append('Signs, seen before any fit; a mode that has moved can look like a line: '
+                     + '; '.join(found['signs']) + '.')
     if gap.get('before') is None:
         return Section('Is there a gap?', tuple(lines))
     above = (gap['before'] - gap['floor']) / gap['floor_std'] if gap.get('floor_std') else None
@@ -120,11 +122,13 @@ def _which(found, candidates, places):
                            for k, v in _numbers(c))
         rows.append((candidate_name(c), percent(c['probability'], 1),
                      '; '.join(filter(None, (place, values))) or MEANING.get(c['effects'][0], ''),
-                     percent(c['closed']) if c['effects'][0] not in OPEN else '-',
+                     f'{percent(c["closed"])} ({percent(c["closed_low90"])} to '
+                     f'{percent(c["closed_high90"])})' if c['effects'][0] not in OPEN else '-',
                      ('yes' if c['inside_floor'] else 'no') if c['effects'][0] not in OPEN
                      else '-'))
-    table = Table(('candidate', 'probability', 'at', 'closes', 'gap then inside its floor'),
-                  tuple(rows), 'Best first')
+    heads = ('candidate', 'probability', 'at', 'closes (90 % interval)',
+             'gap then inside its floor')
+    table = Table(heads, tuple(rows), 'Best first')
     return Section('Which effect is it?', lines, (table,), candidate_pictures(candidates))
 
 

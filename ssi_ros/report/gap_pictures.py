@@ -9,6 +9,7 @@ BANDS = 60              # of a map over frequency
 LIMIT = 6.0             # standard deviations at which the colours of a map end
 SIGN = 3.0              # standard deviations from which a field of a map shows its sign
 MOST = 8                # bars of a list
+MAP_PX = 620            # least width of a map whose signs can be read
 
 
 def shares(entries, names, name, title, caption):
@@ -70,7 +71,7 @@ def _sensor_map(view, curves, when, words):
         x_title='frequency [Hz]', unit='sd', limit=LIMIT, texts=_signs(z)),
         'Recorded power over the expected one, in standard deviations of chance: + (purple) is '
         f'too much, − (orange) too little, marked beyond {SIGN:g}. A right model leaves a field '
-        'without a pattern.')
+        'without a pattern.', least_px=MAP_PX)
 
 
 def _signs(z):
@@ -89,7 +90,7 @@ def _time_map(view, curves, when, words):
         [f'{p * span:.0f} s' for p in range(len(z))], f'Time over frequency: {words}',
         x_title='frequency [Hz]', unit='sd', limit=LIMIT, texts=_signs(z)),
         'The same over the pieces of the record, all channels whitened together: a column is a '
-        'lasting difference, a row an event.')
+        'lasting difference, a row an event.', least_px=MAP_PX)
 
 
 def candidate_name(candidate):
@@ -109,10 +110,8 @@ def candidate_pictures(candidates):
     if tried:
         def of(key):
             return [c[key] if c[key] is not None else c['closed'] for c in tried]
-        texts = [f'{percent(c["closed"])} ({percent(c["closed_low90"])} to '
-                 f'{percent(c["closed_high90"])})' for c in tried]
         made.append(Picture('closed', bars(
-            [candidate_name(c) for c in tried], of('closed'), texts,
+            [candidate_name(c) for c in tried], of('closed'), map(percent, of('closed')),
             'Share of the gap that is gone', low=of('closed_low90'), high=of('closed_high90')),
             'Measured on pieces of the record that the fit did not see, with the 90 % interval: '
             '100 % is a gap at its floor. A wrong effect stays well below.', half=True))
@@ -136,10 +135,11 @@ def before_after_tables(view):
     if view.after is not None:
         heads += ['with effect off [%]', 'damping off [%]', 'MAC']
         levels.append('model with the effect')
-    power = [(name, *(f'{1e3 * r[i]:.4g}' for r in view.rms))
+    power = [(name, *(f'{1e3 * r[i]:#.4g}' for r in view.rms))
              for i, name in enumerate(view.channels)]
     return (Table(tuple(heads), tuple(rows),
-                  f'The {view.nominal} less what was identified, over what was identified'),
+                  f'Off: the {view.nominal} less what was identified, over what was identified. '
+                  'MAC: likeness of the two shapes, 1 = the same'),
             Table(tuple(levels), tuple(power),
                   'Rms of each channel in the band used [mm/s²], levels fitted'))
 

@@ -31,7 +31,11 @@ def mode_table(window, pairs=None):
                 f'{p.frequency_hz:.4f}', f'{100 * (m.frequency_hz / p.frequency_hz - 1):+.3f}',
                 f'{100 * p.damping_ratio:.2f}', f'{p.mac:.3f}']
         rows.append(tuple(row))
-    return Table(tuple(heads), tuple(rows), 'Modes of the last window, ± one standard deviation')
+    words = 'Modes of the last window, ± one standard deviation'
+    if pairs is not None:
+        words += ('. Off: from the nearest mode of the model that is alike; - if there is none. '
+                  'MAC: likeness of the two shapes, 1 = the same')
+    return Table(tuple(heads), tuple(rows), words)
 
 
 def spread(value, std, digits):
@@ -66,7 +70,7 @@ def stabilisation(window, frequencies_hz=None, level=None):
     return Picture('stabilisation', made,
                    'Poles of all model orders in the last window. Filled circles became modes '
                    '(lines; dashed where the label is not structural). Point at any other marker '
-                   'for the reason why it was left out.')
+                   'for the reason why it was left out.', least_px=640)
 
 
 def _poles(made, poles, name, marker, colour):
@@ -108,7 +112,8 @@ def tracks(windows, what):
     return Picture(f'tracks_{what}', made,
                    f'{what.capitalize()} [{unit}] of each identity over the windows, in seconds '
                    'since the end of the first one; the band is one standard deviation. Filled: '
-                   'structural, open: undecided or a line of the excitation.')
+                   'structural, open: undecided or a line of the excitation.',
+                   least_px=230 * columns)
 
 
 def _series(modes, what):
@@ -129,7 +134,7 @@ def shape_table(window, channels):
                 'Real part of the shapes, largest component 1', limit=1.6, texts=texts,
                 height=150 + 26 * len(window.modes))
     return Picture('shapes', made, 'What the sensors say of each mode, ± one standard deviation '
-                   'where it is known.')
+                   'where it is known.', least_px=200 + 90 * len(channels))
 
 
 def _with_spread(value, std):

@@ -13,9 +13,12 @@ async function unpack(id) {
 function draw(place, pictures) {
   if (place.dataset.drawn) return Promise.resolve();
   place.dataset.drawn = 'begun';
-  const picture = pictures[place.id];
+  const picture = pictures[place.id], scene = picture.layout.scene, width = place.clientWidth;
+  // step back from a scene until its width is in a narrow view
+  if (scene) for (const k in scene.camera.eye) scene.camera.eye[k] *= Math.max(1, 760 / width);
+  // a screen without a pointer shows the buttons always: not over a title
   return Plotly.newPlot(place, picture.data, picture.layout,
-    { displaylogo: false, responsive: true }).then(() => {
+    { displaylogo: false, responsive: true, displayModeBar: width < 600 ? false : 'hover' }).then(() => {
       place.dataset.drawn = 'done';
       if (picture.motion) move(place, picture.motion);
     });

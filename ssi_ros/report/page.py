@@ -13,6 +13,8 @@ import json
 
 from ssi_ros import __version__
 
+WORDS, _LONG = 40, ' class="long"'       # letters of a cell from which on it may be broken
+
 
 def page(title, summary, sections):
     """
@@ -70,14 +72,18 @@ def _section(i, section):
     parts.append('<div class="pictures">')
     for p in section.pictures:
         height, wide = p.figure.layout.height, '' if p.half else ' class="wide"'
-        parts.append(f'<figure{wide}><div class="picture" id="{p.name}" style="height:{height}px">'
-                     f'</div><figcaption>{html.escape(p.caption)}</figcaption></figure>')
+        size = f'height:{height}px' + (f';min-width:{p.least_px}px' if p.least_px else '')
+        parts.append(f'<figure{wide}><div class="scroll"><div class="picture" id="{p.name}" '
+                     f'style="{size}"></div></div><figcaption>{html.escape(p.caption)}'
+                     '</figcaption></figure>')
     return '\n'.join(parts) + '</div></section>'
 
 
 def _table(table):
     def row(tag, cells):
-        return '<tr>' + ''.join(f'<{tag}>{html.escape(str(c))}</{tag}>' for c in cells) + '</tr>'
+        return '<tr>' + ''.join(
+            f'<{tag}{_LONG if len(str(c)) > WORDS else ""}>{html.escape(str(c))}</{tag}>'
+            for c in cells) + '</tr>'
     caption = f'<caption>{html.escape(table.caption)}</caption>' if table.caption else ''
     return ('<div class="scroll"><table>' + caption + row('th', table.heads)
             + ''.join(row('td', r) for r in table.rows) + '</table></div>')

@@ -29,6 +29,8 @@ class Picture:
         What `page.js` moves in it, see `spacecraft_3d.py`.
     half : bool
         Whether half the width of the page is enough.
+    least_px : int
+        Width below which it is scrolled, not squeezed.
 
     """
 
@@ -37,6 +39,7 @@ class Picture:
     caption: str
     motion: dict = None
     half: bool = False
+    least_px: int = 0
 
 
 @dataclass(frozen=True)

@@ -112,4 +112,4 @@ def spectra(channels, frame, record, model=None, corrected=None, name='spectra',
                   'and noise fitted')
     if corrected is not None:
         words += '; dotted: the model with the effect in it'
-    return Picture(name, made, words + '.')
+    return Picture(name, made, words + '.', least_px=300 * columns)

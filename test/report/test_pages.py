@@ -250,6 +250,10 @@ def test_browser_draws_everything(whole, tmp_path):
                             'p.dataset.drawn + " " + p.querySelectorAll(".main-svg").length)')
         trouble = page.value('document.getElementById("trouble").innerText')
         labels = page.value('[...document.querySelectorAll("select option")].map(o => o.text)')
+        # on a telephone wide pictures and tables scroll by themselves, the page does not
+        page.ask('Emulation.setDeviceMetricsOverride', width=400, height=800,
+                 deviceScaleFactor=1, mobile=True)
+        assert page.value('document.documentElement.scrollWidth') == 400
     assert len(states) == len(pictures(whole)), states
     assert all(s.startswith('done') and not s.endswith(' 0') for s in states), states
     assert trouble == '' and any('MAC' in s for s in labels)
