@@ -124,6 +124,9 @@ def _summary(windows, grid, names, method, first_ns):
         f' with the input {", ".join(method.inputs)}' if method.inputs else '')
     lines.append(f'{len(names)} channels at {grid.rate_hz:g} Hz{by}, {len(windows)} windows, '
                  f'{len(refused)} without modes')
+    for w in windows[:-1]:
+        if getattr(w, 'splits', ()) or getattr(w, 'merges', ()):
+            lines.append(f'window to {(w.end_ns - first_ns) * 1e-9:.1f} s: {w.reason}')
     last = windows[-1]
     where = f'{(last.start_ns - first_ns) * 1e-9:.1f} to {(last.end_ns - first_ns) * 1e-9:.1f} s'
     if last.modes:

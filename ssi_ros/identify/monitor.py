@@ -18,7 +18,7 @@ from ssi_ros.identify.modes import band_modes
 from ssi_ros.identify.settings import Identification
 from ssi_ros.identify.shapes import mac
 from ssi_ros.identify.traced import TracedWindow
-from ssi_ros.identify.track import track, Tracks
+from ssi_ros.identify.track import told, track, Tracks
 from ssi_ros.records import Mode, Pole, WindowModes
 from threadpoolctl import ThreadpoolController
 
@@ -204,7 +204,7 @@ class Monitor:
         tracks, modes, births, deaths = track(self.tracks, modes)
         powers = [part_powers(kept) for kept in self.kept]
         missing = [t.mode for t in tracks.alive if t.missed]
-        reason = '; '.join(filter(None, (reason, why_lost(self.heard, missing, powers, self.bands),
+        reason = '; '.join(filter(None, (reason, told(tracks), why_lost(self.heard, missing, powers, self.bands),
                                          unevenness(powers[0]) if live.any() else '')))
         if keep:
             self.tracks = tracks
@@ -212,7 +212,7 @@ class Monitor:
             heard = remember(self.heard, modes, powers, self.bands)
             self.heard = {k: v for k, v in heard.items() if k in alive}
         return TracedWindow(start_ns, end_ns, modes, reason, tuple(rejected), births, deaths,
-                            tuple(traces))
+                            tuple(traces), tracks.splits, tracks.merges)
 
     def _live_channels(self, covariances):
         """Return which channels can be identified, and what is wrong with the others."""

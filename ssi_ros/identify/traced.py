@@ -1,4 +1,4 @@
-"""What a window was identified from: the poles that voted, and the singular values."""
+"""What a window was identified from, and what became of its modes."""
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,13 +33,18 @@ class BandTrace:
 @dataclass(frozen=True)
 class TracedWindow(WindowModes):
     """
-    The modes of one window with the trace of every band.
+    The modes of one window with the trace of every band, and which of them split or merged.
 
     Attributes
     ----------
     bands : tuple of BandTrace
         From the highest rate to the lowest.
+    splits, merges : tuple of (int, int)
+        Two identities that were one before this window, or are one since; the first keeps its
+        name throughout.
 
     """
 
     bands: tuple = ()
+    splits: tuple = ()
+    merges: tuple = ()

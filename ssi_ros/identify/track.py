@@ -16,6 +16,10 @@ FLOOR = 0.002           # relative change of frequency that is always within the
 MAC_GATE = 0.1          # of the remembered shape; shapes of a close pair are mixed at times
 MAC_WEIGHT = 4.0        # a wrong shape costs more than any change of frequency within the gate
 MEMORY = 100            # windows over which a shape is remembered
+MIXED = 0.1             # of a shape's square that a second one must add for it to hold them both
+ALIKE = 0.9             # MAC of two shapes beyond which only their frequencies part two modes
+OVERLAP = 3.0           # half-widths of both peaks within which they may be seen as one
+SETTLED = 3             # windows in which an identity was seen before it can become two
 
 
 @dataclass(frozen=True)
@@ -32,6 +36,8 @@ class Track:
         wander into mixtures and back; who follows the last one ends on the other mode.
     seen, missed : int
         Windows in which it was seen, and windows since.
+    within : int
+        The identity that holds this one too, since the window could not part them; -1 for none.
 
     """
 
@@ -39,14 +45,30 @@ class Track:
     shape: np.ndarray
     seen: int = 1
     missed: int = 0
+    within: int = -1
 
 
 @dataclass(frozen=True)
 class Tracks:
-    """All identities alive, and the next free number."""
+    """
+    All identities alive, and what became of them in the last window.
+
+    Attributes
+    ----------
+    alive : tuple of Track
+        The identities.
+    next_identity : int
+        The next free number.
+    splits, merges : tuple of (int, int)
+        Two identities that were one, or became one, in the last window: first the one that kept
+        its name throughout.
+
+    """
 
     alive: tuple = ()
     next_identity: int = 0
+    splits: tuple = ()
+    merges: tuple = ()
 
 
 def track(tracks, modes, patience=PATIENCE):
@@ -91,7 +113,9 @@ def track(tracks, modes, patience=PATIENCE):
             deaths.append(alive[a].mode.identity)
         else:
             kept.append(replace(alive[a], missed=alive[a].missed + 1))
-    return (Tracks(tuple(kept), number), tuple(sorted(named, key=lambda m: m.frequency_hz)),
+    merges, kept = _merges(alive, kept)
+    splits = _splits(alive, kept, births)
+    return (Tracks(tuple(kept), number, splits, merges), tuple(sorted(named, key=lambda m: m.frequency_hz)),
             tuple(births), tuple(deaths))
 
 
@@ -109,13 +133,95 @@ def _seen(old, mode):
 
 def _pairs(alive, modes):
     """Return (track, mode) pairs of least total cost within the gates."""
-    old = np.array([(t.mode.frequency_hz, t.mode.frequency_std_hz) for t in alive])
-    new = np.array([(m.frequency_hz, m.frequency_std_hz) for m in modes])
-    step = np.abs(old[:, :1] - new[:, 0])
-    spread = np.sqrt(np.nan_to_num(old[:, 1:]) ** 2 + np.nan_to_num(new[:, 1]) ** 2)
-    allowed = np.maximum(GATE * spread, FLOOR * old[:, :1])
+    step, allowed = _steps([t.mode for t in alive], modes)
     likeness = mac(np.array([t.shape for t in alive]), np.array([m.shape for m in modes]))
     barred = (step > allowed) | (likeness < MAC_GATE)
     cost = step / allowed + MAC_WEIGHT * (1.0 - likeness)
     cost[barred] = 1e3
     return [(a, m) for a, m in zip(*linear_sum_assignment(cost)) if not barred[a, m]]
+
+
+def _steps(old, new):
+    """Return how far modes are from those before in frequency, and how far they may be."""
+    old = np.array([(m.frequency_hz, m.frequency_std_hz) for m in old])
+    new = np.array([(m.frequency_hz, m.frequency_std_hz) for m in new])
+    spread = np.sqrt(np.nan_to_num(old[:, 1:]) ** 2 + np.nan_to_num(new[:, 1]) ** 2)
+    return np.abs(old[:, :1] - new[:, 0]), np.maximum(GATE * spread, FLOOR * old[:, :1])
+
+
+def _near(one, other):
+    step, allowed = _steps([one], [other])
+    widths = sum(abs(m.damping_ratio) * m.frequency_hz for m in (one, other))
+    return bool(step[0, 0] <= max(allowed[0, 0], OVERLAP * widths))
+
+
+def holds_both(one, first, second):
+    """
+    Tell whether a mode may be two others, whose peaks overlap, seen as one.
+
+    Its shape is a mixture of theirs: the nearer one leaves at least `MIXED` of its square to the
+    plane of both. Where the two shapes are alike nothing but resolution keeps them apart, and the
+    answer is yes.
+
+    Parameters
+    ----------
+    one, first, second : ndarray, shape (l,)
+        Shapes of unit norm.
+
+    Returns
+    -------
+    bool
+
+    """
+    if abs(np.vdot(first, second)) ** 2 > ALIKE:
+        return True
+    plane, _ = np.linalg.qr(np.array([first, second]).T)
+    alone = max(abs(np.vdot(first, one)), abs(np.vdot(second, one))) ** 2
+    return bool((np.abs(plane.conj().T @ one) ** 2).sum() - alone > MIXED)
+
+
+def _unit(mode):
+    return mode.shape / np.linalg.norm(mode.shape)
+
+
+def _splits(before, now, births):
+    """Return (kept, other) of every identity that became two."""
+    seen = {t.mode.identity: t for t in now if not t.missed}
+    # what was within another and is seen again beside it
+    out = [(t.within, t.mode.identity) for t in before
+           if t.within in seen and t.mode.identity in seen]
+    for identity in births:
+        born = seen[identity].mode
+        for old in before:
+            own = seen.get(old.mode.identity)
+            if (own is not None and old.seen >= SETTLED and _near(old.mode, born)
+                    and holds_both(old.shape, _unit(own.mode), _unit(born))):
+                out.append((old.mode.identity, identity))
+                break
+    return tuple(out)
+
+
+def _merges(before, now):
+    """Return (kept, other) of every two identities that became one, and the tracks that know."""
+    out, tracks, old = [], list(now), {t.mode.identity: t for t in before}
+    for k, lost in enumerate(tracks):
+        if not lost.missed or lost.within >= 0 or lost.seen < SETTLED:
+            continue
+        for own in now:
+            was = old.get(own.mode.identity)
+            if (was is not None and not own.missed and was.seen >= SETTLED
+                    and _near(lost.mode, own.mode)
+                    and holds_both(_unit(own.mode), was.shape, lost.shape)):
+                out.append((own.mode.identity, lost.mode.identity))
+                tracks[k] = replace(lost, within=own.mode.identity)
+                break
+    return tuple(out), tracks
+
+
+def told(tracks):
+    """Return what became of identities in the last window as text, '' if nothing did."""
+    hz = {t.mode.identity: f'{t.mode.frequency_hz:.4g} Hz' for t in tracks.alive}
+    return '; '.join([f'mode {a} became two: {a} ({hz[a]}) and {b} ({hz[b]})'
+                      for a, b in tracks.splits]
+                     + [f'modes {a} and {b} became one, which is seen as {a} ({hz[a]})'
+                        for a, b in tracks.merges])

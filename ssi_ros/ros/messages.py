@@ -9,9 +9,11 @@ import math
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from ssi_ros.records import Mode, WindowModes
+from ssi_ros.identify.traced import TracedWindow
+from ssi_ros.records import Mode
 from std_msgs.msg import Float64MultiArray, MultiArrayDimension, MultiArrayLayout
 
+EVENTS = ('births', 'deaths', 'splits', 'merges')
 SERIES = ('frequency_hz', 'frequency_std_hz', 'damping_ratio', 'damping_ratio_std')
 
 
@@ -48,7 +50,7 @@ def modes_message(window, slots=None):
     reason = window.reason or f'{len(window.modes)} modes'
     out = [status('window', 'ok' if window.modes else 'warn', reason,
                   start_ns=window.start_ns, end_ns=window.end_ns, reason=window.reason,
-                  births=json.dumps(list(window.births)), deaths=json.dumps(list(window.deaths)))]
+                  **{name: json.dumps(getattr(window, name, ())) for name in EVENTS})]
     for m in window.modes:
         out.append(status(
             f'mode {m.identity}', 'ok' if m.label == 'structural' else 'warn',
@@ -63,15 +65,16 @@ def modes_message(window, slots=None):
 
 
 def window_of(msg):
-    """Return the WindowModes that `modes_message` wrote, equal to the bit."""
+    """Return the window that `modes_message` wrote, equal to the bit."""
     head, *rest = ({kv.key: kv.value for kv in s.values} for s in msg.status)
     modes = [Mode(identity=int(v['identity']), label=v['label'], note=v['note'],
                   shape=[complex(re, im) for re, im in json.loads(v['shape'])],
                   shape_std=json.loads(v['shape_std']) if 'shape_std' in v else None,
                   **{name: float(v[name]) for name in SERIES}) for v in rest]
-    return WindowModes(int(head['start_ns']), int(head['end_ns']), tuple(modes), head['reason'],
-                       births=tuple(json.loads(head['births'])),
-                       deaths=tuple(json.loads(head['deaths'])))
+    events = {name: tuple(tuple(e) if isinstance(e, list) else e
+                          for e in json.loads(head.get(name, '[]'))) for name in EVENTS}
+    return TracedWindow(int(head['start_ns']), int(head['end_ns']), tuple(modes), head['reason'],
+                        **events)
 
 
 def series_message(window, name, slots, size):

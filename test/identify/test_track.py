@@ -2,8 +2,10 @@
 import numpy as np
 import pytest
 
+from ssi_ros.identify import Identification, identify
+from ssi_ros.identify.modes_json import modes_json
 from ssi_ros.identify.track import PATIENCE, track, Tracks
-from ssi_ros.records import Mode
+from ssi_ros.records import Mode, Samples
 
 SYMMETRIC, ANTISYMMETRIC = np.array([[1.0, 0.9, 1.0, 0.9], [1.0, 0.9, -1.0, -0.9]])
 
@@ -73,3 +75,70 @@ def test_births_and_deaths():
         tracks, _, _, deaths = track(tracks, [])
         died.append(deaths)
     assert sorted(sum(died, ())) == [0, 1, 2] and tracks.alive == ()
+
+
+def told_of(windows):
+    """Return (splits, merges) of every window."""
+    tracks, out = Tracks(), []
+    for modes in windows:
+        tracks = track(tracks, modes)[0]
+        out.append((tracks.splits, tracks.merges))
+    return out, tracks
+
+
+@pytest.mark.parametrize('turn, kept', [(0.5, 0), (1.1, 1)])
+def test_two_that_become_one_and_two_again(rng, turn, kept):
+    """A mixture of both shapes is told as both; the name is that of the shape it is nearer to."""
+    mixed = np.cos(turn) * SYMMETRIC + np.sin(turn) * ANTISYMMETRIC
+    one = [[mode(15.836, mixed + 0.02 * rng.standard_normal(4))] for _ in range(10)]
+    two = [pair(0.0, rng) for _ in range(10)]
+    out, tracks = told_of(two + one + two)
+    assert [k for k, o in enumerate(out) if o != ((), ())] == [10, 20]
+    assert out[10] == ((), ((kept, 1 - kept),)) and out[20] == (((kept, 1 - kept),), ())
+    assert len(tracks.alive) == 2
+    names = follow(two + one + two)
+    assert names[10:20] == [[kept]] * 10 and names[20:] == [[0, 1]] * 10
+
+
+def test_one_that_becomes_two(rng):
+    """A mode that was always seen as a mixture keeps its name with the nearer of the two."""
+    mixed = [[mode(15.836, np.cos(0.5) * SYMMETRIC + np.sin(0.5) * ANTISYMMETRIC
+                   + 0.02 * rng.standard_normal(4))] for _ in range(10)]
+    out, _ = told_of(mixed + [pair(0.0, rng)] * 2)
+    assert out[10] == (((0, 1),), ()) and out[11] == ((), ())
+
+
+def test_a_mode_that_is_missed_or_born_is_no_merge_and_no_split(rng):
+    """One of a pair is missed, or found for the first time, while the other stays as it was."""
+    two = [pair(0.0, rng) for _ in range(20)]
+    alone = [w[:1] for w in two]
+    out, _ = told_of(two + alone + two)
+    assert all(o == ((), ()) for o in out)
+    out, _ = told_of(alone + two)
+    assert all(o == ((), ()) for o in out)
+
+
+def test_frequencies_that_meet_and_part(rng):
+    """Two modes of one shape drift together and apart again: record, reason and names tell it."""
+    n = 72000
+    moving = np.interp(np.arange(n) / n, [0.0, 0.17, 0.33, 0.67, 0.83, 1.0],
+                       [6.9, 6.9, 6.35, 6.35, 6.9, 6.9])
+    values = np.zeros(n)
+    for f in (np.full(n, 6.345), moving):
+        mu = np.exp((-0.005 + 1j) * 2.0 * np.pi * f / 100.0)
+        force, z = rng.standard_normal((n, 2)) @ [1.0, 1j], 0.0
+        for k in range(n):
+            z = mu[k] * z + force[k]
+            values[k] += z.real
+    values = values[:, None] + 0.05 * values.std() * rng.standard_normal((n, 4))
+    settings = Identification(window_s=60.0, hop_s=5.0, bands=1)
+    windows = identify(Samples(values, 100.0, tuple('abcd')), settings)
+    events = [(w.merges, w.splits) for w in windows if w.merges or w.splits]
+    first, last = events[0][0], events[-1][1]
+    assert len(first) == len(last) == 1 and first[0][0] == last[0][0]
+    merged = next(w for w in windows if w.merges)
+    assert 'became one, which is seen as' in merged.reason
+    assert modes_json([merged], 0)['windows'][0]['reason'] == merged.reason
+    # one name from the first window to the last
+    assert first[0][0] in {m.identity for m in windows[0].modes}
+    assert first[0][0] in {m.identity for m in windows[-1].modes}
