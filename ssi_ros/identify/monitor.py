@@ -204,8 +204,9 @@ class Monitor:
         tracks, modes, births, deaths = track(self.tracks, modes)
         powers = [part_powers(kept) for kept in self.kept]
         missing = [t.mode for t in tracks.alive if t.missed]
-        reason = '; '.join(filter(None, (reason, told(tracks), why_lost(self.heard, missing, powers, self.bands),
-                                         unevenness(powers[0]) if live.any() else '')))
+        lost = why_lost(self.heard, missing, powers, self.bands)
+        uneven = unevenness(powers[0]) if live.any() else ''
+        reason = '; '.join(filter(None, (reason, told(tracks), lost, uneven)))
         if keep:
             self.tracks = tracks
             alive = {t.mode.identity for t in tracks.alive}

@@ -115,8 +115,9 @@ def track(tracks, modes, patience=PATIENCE):
             kept.append(replace(alive[a], missed=alive[a].missed + 1))
     merges, kept = _merges(alive, kept)
     splits = _splits(alive, kept, births)
-    return (Tracks(tuple(kept), number, splits, merges), tuple(sorted(named, key=lambda m: m.frequency_hz)),
-            tuple(births), tuple(deaths))
+    named.sort(key=lambda m: m.frequency_hz)
+    return (Tracks(tuple(kept), number, splits, merges), tuple(named), tuple(births),
+            tuple(deaths))
 
 
 def _seen(old, mode):
