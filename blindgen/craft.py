@@ -10,6 +10,7 @@ The modal coordinates are those of the nominal clamped plate whatever the effect
 process noise stays the same physical force. Translation is ignored as in the paper.
 """
 from dataclasses import dataclass
+from functools import lru_cache
 
 from blindgen.plate import clamped_modes, gauss_points
 from blindgen.scenario import SENSOR_ALONG_M, SENSOR_ARRAY, SENSOR_LATERAL_M
@@ -51,6 +52,12 @@ class Craft:
     sensors: np.ndarray
 
 
+@lru_cache(maxsize=256)
+def _shapes_at(along_m, lateral_m):
+    """Return the shapes at one point; sensors stay where they are while matrices drift."""
+    return SHAPES.at(along_m, lateral_m)
+
+
 def clamped_omega(scenario):
     """Return the clamped frequencies (10,) [rad/s]: ours, moved into the table's last digit."""
     if scenario.own_mesh:
@@ -83,7 +90,9 @@ def assemble(scenario, progress=0.0):
         y = SIDES[array] * (ROOT_M + s)
         rows[:, 0], rows[:, 1], rows[:, 2] = y * np.cos(gamma), -x, -y * np.sin(gamma)
         begin = 3 + array * MODES
-        rows[:, begin:begin + MODES] = POINT_SHAPES if s is POINTS[0] else SHAPES.at(s, x)
+        rows[:, begin:begin + MODES] = (
+            POINT_SHAPES if s is POINTS[0] else
+            np.vstack([_shapes_at(*point) for point in zip(s.tolist(), x.tolist())]))
         if array in hinged:
             rows[:, 3 + 2 * MODES + hinged.index(array)] = s
         return rows

@@ -5,7 +5,7 @@ import subprocess
 import sys
 import time
 
-from blindgen import verify
+from blindgen import record, verify
 from blindgen.__main__ import main
 from blindgen.answers import Answer, NO_ANSWER
 from blindgen.bag import message, read_bag, START_NS, write_bag
@@ -15,6 +15,7 @@ from blindgen.make import make
 from blindgen.plan import kinds_of
 from blindgen.score import score
 from blindgen.seal import bag_name, merkle_root, read_json, seed_of, sha
+from blindgen.spread import spread
 from blindgen.tool import answer
 from blindgen.wilson import wilson
 import numpy as np
@@ -44,17 +45,22 @@ json.dump({'schema': 'ssi_ros/diagnosis/1', 'outcome': 'EXPLAINED' if odd else '
 @pytest.fixture(scope='module')
 def folder(tmp_path_factory):
     """
-    Run a campaign of sixty short cases from the command line, on a Dask cluster of two workers.
+    Run a campaign of sixty short cases from the command line, in this process.
 
-    It proves the machinery from seed to scores, not a diagnosis: 4 s tell nothing.
+    It proves the machinery from seed to scores, not a diagnosis: 4 s tell nothing, and a start
+    that has not settled does not matter. `test_blindgen_tool.py` runs on a Dask cluster.
     """
     base = tmp_path_factory.mktemp('blind')
     (base / 'tool.py').write_text(TOOL)
-    code = main(['campaign', '--cases', str(CASES), '--duration', str(DURATION_S), '--nonce',
-                 'a test', '--commit', '0' * 40, '--folder', str(base / 'public'), '--rounds', '0',
-                 '--tool', f'{sys.executable} {base / "tool.py"} {{bag}} {{json}}'])
-    assert code == 0
-    return base / 'public'
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(record, 'SETTLE_S', 10.0)
+        patch.setattr(record, 'LEAD_S', 5.0)
+        code = main(['campaign', '--cases', str(CASES), '--duration', str(DURATION_S), '--nonce',
+                     'a test', '--commit', '0' * 40, '--folder', str(base / 'public'),
+                     '--workers', '0', '--rounds', '0', '--tool',
+                     f'{sys.executable} {base / "tool.py"} {{bag}} {{json}}'])
+        assert code == 0
+        yield base / 'public'
 
 
 def told_faults(folder, capsys):
@@ -315,10 +321,10 @@ def test_merkle_root_of_three_leaves():
 
 def test_errors_are_sentences(tmp_path, capsys):
     """A user's mistake gives one line and exit code 2, never a traceback."""
-    assert main(['run', '--folder', str(tmp_path / 'nothing')]) == 2
+    assert main(['run', '--workers', '0', '--folder', str(tmp_path / 'nothing')]) == 2
     assert 'run the step that writes it first' in capsys.readouterr().err
     assert main(['make', '--folder', str(tmp_path / 'f'), '--cases', '3', '--nonce', 'n',
-                 '--commit', 'c']) == 2
+                 '--commit', 'c', '--workers', '0']) == 2
     assert 'ask for 6 or more' in capsys.readouterr().err
     with pytest.raises(ValueError, match='no list of lists of names'):
         classes_in({'classes': ['sensor_gain']})
@@ -331,3 +337,20 @@ def test_closed_by_the_truth_against_the_tools(rng):
     truths = {name: {'closed': 1.0} for name in some}
     told = score(labels, answers, truths=truths)['closed_error']
     assert told['total'] == 10 and told['value'] == pytest.approx(0.1)
+
+
+def fails_at(k):
+    """Fail at two of the jobs, as a case that runs away does."""
+    if k in (1, 3):
+        raise ArithmeticError(f'job {k} ran away')
+    return k
+
+
+def test_a_case_that_fails_stops_no_other():
+    """All others are done, then the failure is told, with what to do: nothing is lost quietly."""
+    done = []
+    with pytest.raises(RuntimeError, match='2 of 6 failed.*ArithmeticError.*job 1 ran away'
+                                           '(?s:.*)same command again'):
+        for k in spread(None, fails_at, [(k,) for k in range(6)], 'test'):
+            done.append(k)
+    assert done == [0, 2, 4, 5]
