@@ -1,4 +1,6 @@
 """Diagnose the gap between two recordings of one structure: is there one, where, why."""
+from dataclasses import replace
+
 import numpy as np
 from scipy.stats import norm
 
@@ -14,8 +16,8 @@ from ssi_ros.gap.reference.forms import all_forms
 from ssi_ros.gap.reference.joint import joint, OTHER_LEVEL
 from ssi_ros.gap.reference.nominal import make_nominal
 from ssi_ros.gap.reference.pair import make_pair
-from ssi_ros.gap.reference.pieces import plan, silent, Spectra, spectra_of
-from ssi_ros.gap.reference.rank import closed, EXACT, MODAL, SURE, try_held_out
+from ssi_ros.gap.reference.pieces import plan, silent, spectra_of
+from ssi_ros.gap.reference.rank import closed, EXACT, MODAL, occam, SURE, try_held_out
 from ssi_ros.gap.reference.screen import screen
 from ssi_ros.gap.reference.where import locate
 from ssi_ros.gap.settings import DiagnosisSettings
@@ -28,6 +30,8 @@ TRIED = 6               # fits that go on to held-out groups
 FIRST_STEPS = 4         # of a fit, before the best TRIED are chosen
 FINALISTS = 12          # forms fitted after the scores
 PADDING = 0.01          # of the power of a channel: what is below is noise, at another level
+CLEAR = 100.0           # log odds of a sign beyond which its p-value is not believed
+GROSS = 30.0            # standard deviations of a gap, above which distances rank
 MORE = 3.0              # standard deviations left, above which a second effect is looked for
 
 
@@ -89,7 +93,7 @@ def _diagnose(reference, record, settings, names, pairs, tell):
     found = screen(nominal, base, one, two, all_forms(nominal, names))
     tell(0.25)
     gap, scatter = _gap(nominal, base, one, two)
-    signs = _signs(pair, reference, record, searched, usual, level, found, two, names)
+    signs, levels = _signs(pair, reference, record, searched, usual, level, found, two, names)
     tests = [found.p_value, norm.sf(gap.deviations)] + [s.p_value for s in signs]
     p_value = float(min(1.0, TRIALS * min(tests)))
     told = {'before': gap.value, 'floor': gap.floor, 'floor_std': gap.floor_std,
@@ -103,23 +107,27 @@ def _diagnose(reference, record, settings, names, pairs, tell):
     dependence = amplitude_dependence(pair.record, cut.rate_hz, nominal.modes)
     joints, texts_joint = joint(nominal, base, one, two, pair, dependence, names)
     tell(0.4)
-    bonuses = {s.effect: EXACT if s.p_value <= look.NEVER else min(SURE, -np.log(s.p_value))
+    bonuses = {s.effect: EXACT if s.p_value <= look.NEVER else min(CLEAR, -np.log(s.p_value))
                for s in signs}
     forms = [of_line(s, cut, pair.channels) if s.effect == 'harmonic_disturbance'
-             else of_sign(s, pair, cut, one.mean) for s in signs
+             else of_sign(s, pair, cut, one.mean, levels) for s in signs
              if s.effect != 'stiffness_drift']
     drift = stiffness_drift(nominal) if 'stiffness_drift' in names else None
-    forms += _finalists(found) + [f for f in [drift] if f] + [j.form for j in joints]
+    if drift is not None:
+        forms.append(drift)
+        bonuses[drift.effect] = _drifting(found, two)
+    forms += _finalists(found) + [j.form for j in joints]
     bonuses.update({j.form.effect: j.bonus for j in joints})
     before = try_held_out(nominal, one, two, base, scatter)
-    ranked = _try_all(nominal, one, two, [(f,) for f in forms], base, bonuses, scatter,
+    gross = gap.deviations > GROSS
+    ranked = _try_all(nominal, one, two, [(f,) for f in forms], base, bonuses, (scatter, gross),
                       lambda share: tell(0.4 + 0.35 * share))
     if pairs and ranked and ranked[0].deviations > MORE and ranked[0].tolerance == MODAL and (
             not closed(before, ranked[0])[0] >= 1 - MODAL):
         first = ranked[0].fitted
         couples = [(first.forms[0], r.fitted.forms[0]) for r in ranked[1:5]
-                   if r.names != ranked[0].names and r.held_out > before.held_out]
-        ranked += [r for r in _try_all(nominal, one, two, couples, base, bonuses, scatter,
+                   if r.names != ranked[0].names and r.worth > before.worth]
+        ranked += [r for r in _try_all(nominal, one, two, couples, base, bonuses, (scatter, gross),
                                        lambda share: tell(0.75 + 0.25 * share))
                    if r.worth > ranked[0].worth + SURE / 2]
         ranked.sort(key=lambda r: -r.worth)
@@ -129,9 +137,9 @@ def _diagnose(reference, record, settings, names, pairs, tell):
 
 def _gap(nominal, base, one, two):
     """Return the gap over the wider of both floors, and how much wider the data's floor is."""
-    theory = measure(one, two, base.predicted, nominal.trust)
+    theory = measure(one, two, base.prediction, nominal.trust)
     noise = base.x[1] * np.diag(nominal.floor)
-    level = Spectra(one.cut, np.exp(base.x[0]) * one.groups + noise, one.weights, one.times_s)
+    level = replace(one, groups=np.exp(base.x[0]) * one.groups + noise)
     floor, std = data_floor(level, two, nominal.trust)[:2]
     scatter = max(1.0, std / theory.floor_std)
     floor = max(floor, theory.floor)
@@ -143,17 +151,39 @@ def _signs(pair, reference, record, cut, usual, level, found, two, names):
     raw = [s.values[:, [s.channels.index(c) for c in pair.channels]]
            for s in (reference, record)]
     left = [look.residual(v) for v in (pair.reference, pair.record)]
+    levels = _levels(left[1], two)
     signs = [look.losses(pair.missing), look.steps(*raw), look.rails(*raw, pair.channels),
              look.level_swings(*left, cut.rate_hz), look.pulses(*left, cut.rate_hz),
              look.line(pair.reference, pair.record, cut, usual, float(np.exp(level)))]
-    rows = [k for k, f in enumerate(found.forms) if f.effect == 'stiffness_scale' and not f.place]
-    if rows:
-        track = found.tracks[found.owner == rows[0]][0]
+    track = _common_track(found)
+    if track is not None:
         slope, p = look.trend(track, two.times_s)
         if p < 1e-3:
             signs.append(look.Sign('stiffness_drift', {}, {}, p, 'the frequencies move through '
                                    f'the record ({slope:+.2g} sd of a piece)'))
-    return [s for s in signs if s is not None and s.effect in names]
+    return [s for s in signs if s is not None and s.effect in names], levels
+
+
+def _common_track(found):
+    """Return the scores of all stiffnesses alike in every group, or None without modes."""
+    rows = [k for k, f in enumerate(found.forms) if f.effect == 'stiffness_scale' and not f.place]
+    return found.tracks[found.owner == rows[0]][0] if rows else None
+
+
+def _drifting(found, two):
+    """Return the log odds that frequencies move through the record and did not just change."""
+    track = _common_track(found)
+    if track is None or len(track) < 4:
+        return 0.0
+    return float(np.clip(look.steady_or_drifting(track, two.times_s), -SURE, SURE))
+
+
+def _levels(left, two):
+    """Return the power of what the past does not predict in every group, over its mean."""
+    power = (left ** 2).mean(axis=1)
+    ends = np.rint(np.cumsum(two.weights) / two.weights.sum() * len(power)).astype(int)
+    found = np.array([p.mean() for p in np.split(power, ends[:-1])])
+    return found / (found @ two.weights / two.weights.sum())
 
 
 def _finalists(found):
@@ -167,22 +197,32 @@ def _finalists(found):
     return chosen
 
 
-def _try_all(nominal, one, two, candidates, base, bonuses, scatter, tell):
+def _try_all(nominal, one, two, candidates, base, bonuses, floor, tell):
     """Fit all candidates a little, the best to the end; try those on held-out groups."""
+    scatter, gross = floor
     fits = []
     for i, forms in enumerate(candidates):
         tell(0.7 * i / len(candidates))
         start = np.append(base.x, [n.start for f in forms for n in f.numbers])
-        fitted = fit(nominal, two.mean, one.freedom, two.freedom, forms, start, FIRST_STEPS)
+        fitted = fit(nominal, _levelled(two, forms).mean, one.freedom, two.freedom, forms, start,
+                     FIRST_STEPS, base.x)
         bonus = sum(bonuses.get(f.effect, 0.0) for f in forms)
-        cost = sum(len(f.numbers) for f in forms)
-        fits.append((fitted.likelihood + bonus - cost, i, fitted, bonus))
+        gain = fitted.far if gross else fitted.likelihood
+        fits.append((gain + bonus + occam(fitted), i, fitted, bonus))
     ranked = []
     for i, (_, _, fitted, bonus) in enumerate(sorted(fits, key=lambda f: -f[0])[:TRIED]):
         tell(0.7 + 0.3 * i / TRIED)
-        fitted = fit(nominal, two.mean, one.freedom, two.freedom, fitted.forms, fitted.x)
-        ranked.append(try_held_out(nominal, one, two, fitted, scatter, bonus))
+        own = _levelled(two, fitted.forms)
+        fitted = fit(nominal, own.mean, one.freedom, two.freedom, fitted.forms, fitted.x,
+                     origin=base.x)
+        ranked.append(try_held_out(nominal, one, own, fitted, scatter, bonus, gross))
     return sorted(ranked, key=lambda r: -r.worth)
+
+
+def _levelled(two, forms):
+    for form in forms:
+        two = two if form.levels is None else two.levelled(form.levels)
+    return two
 
 
 def _quiet(gap, where, texts, p_value):

@@ -42,7 +42,7 @@ def divergence(one, two, n_one, n_two):
     ----------
     one, two : ndarray, shape (..., l, l)
         Mean spectra.
-    n_one, n_two : float
+    n_one, n_two : float or ndarray, shape (...,)
         Independent spectra behind them.
 
     Returns
@@ -52,7 +52,8 @@ def divergence(one, two, n_one, n_two):
 
     """
     total = n_one + n_two
-    pooled = (n_one * one + n_two * two) / total
+    share = np.asarray(n_one / total)[..., None, None]
+    pooled = share * one + (1 - share) * two
     ratio = total * _logdet(pooled) - n_one * _logdet(one) - n_two * _logdet(two)
     return ratio * total / (n_one * n_two)
 
@@ -62,18 +63,19 @@ def _logdet(matrices):
 
 
 def theory_floor(n_one, n_two, channels):
-    """Return mean and standard deviation of D of Gaussian recordings, eq. (142)."""
+    """Return mean and standard deviation of D of Gaussian recordings, eq. (142), of every n."""
     total, i = n_one + n_two, np.arange(channels)
     scale = total / (n_one * n_two)
 
     def mean_logdet(n):
-        return np.sum(digamma(n - i)) - channels * np.log(n)
+        n = np.asarray(n, float)
+        return np.sum(digamma(n[..., None] - i), axis=-1) - channels * np.log(n)
 
     mean = scale * (total * mean_logdet(total) - n_one * mean_logdet(n_one)
                     - n_two * mean_logdet(n_two))
     # the three terms are dependent; to leading order D is chi-squared of l^2 degrees
     inflation = mean / (scale * channels ** 2 / 2)
-    return float(mean), float(scale * np.sqrt(channels ** 2 / 2) * inflation)
+    return mean, scale * np.sqrt(channels ** 2 / 2) * inflation
 
 
 def mixed_halves(count_one, count_two, rng):
@@ -122,20 +124,19 @@ def data_floor(one, two, trust=1.0, seed=0):
     weights = np.concatenate([one.weights, two.weights])
     shape = groups.shape[1:]
     flat = groups.reshape(len(groups), -1)
-    n = one.cut.freedom(1.0)
-    target = 1.0 / (n * one.weights.sum()) + 1.0 / (n * two.weights.sum())
+    n = (one.freedom_each + two.freedom_each) / 2
+    target = 1.0 / one.freedom + 1.0 / two.freedom
     draws = []
     for _ in range(SPLITS):
         sides = mixed_halves(len(one), len(two), rng) * weights
         totals = sides.sum(axis=1)
         means = (sides / totals[:, None]) @ flat
         bands = divergence(*means.reshape(2, *shape), n * totals[0], n * totals[1])
-        value = np.mean(bands * trust)
-        draws.append(value * target / np.sum(1.0 / (n * totals)))
+        draws.append(np.mean(bands * trust * target * n / np.sum(1.0 / totals)))
     return float(np.mean(draws)), float(np.std(draws)), np.array(draws)
 
 
-def measure(one, two, mean_one=None, trust=1.0, floor=None):
+def measure(one, two, prediction=None, trust=1.0):
     """
     Measure the gap between two recordings, eq. (141).
 
@@ -143,22 +144,22 @@ def measure(one, two, mean_one=None, trust=1.0, floor=None):
     ----------
     one, two : Spectra
         Reference and record.
-    mean_one : ndarray, shape (b, l, l), optional
+    prediction : Prediction, optional
         What the reference becomes with an effect; its own mean if not given.
     trust : float or ndarray, shape (b,)
         As in Nominal: D is multiplied with it.
-    floor : tuple of float, optional
-        Mean and standard deviation of the floor; those of theory if not given.
 
     Returns
     -------
     Distance
 
     """
-    mean_one = one.mean if mean_one is None else mean_one
-    bands = trust * divergence(mean_one, two.mean, one.freedom, two.freedom)
-    channels = mean_one.shape[-1]
-    mean, std = theory_floor(one.freedom, two.freedom, channels)
-    if floor is None:
-        floor = mean, std / np.sqrt(len(bands))
-    return Distance(float(bands.mean()), floor[0], floor[1], bands - floor[0])
+    mean, seen, n, m = one.mean, two.mean, one.freedom, two.freedom
+    if prediction is not None:
+        mean, n = prediction.mean, prediction.freedom(n)
+    # in units of what is parted by reference and record themselves
+    scale = (1 / one.freedom + 1 / two.freedom) / (1 / n + 1 / m)
+    bands = scale * trust * divergence(mean, seen, n, m)
+    floor, std = (scale * v for v in theory_floor(n, m, mean.shape[-1]))
+    return Distance(float(bands.mean()), float(floor.mean()),
+                    float(np.sqrt(np.sum(std ** 2)) / len(bands)), bands - floor)

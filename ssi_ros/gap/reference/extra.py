@@ -11,7 +11,7 @@ ABOVE = 4.0             # times the reference, beyond which a band holds mostly 
 NONLINEAR = ('hinge_friction', 'hinge_freeplay', 'cubic_stiffness')
 
 
-def of_sign(sign, pair, cut, mean_one):
+def of_sign(sign, pair, cut, mean_one, levels):
     """
     Return the form of a sign: the reference with the effect in its samples, without a number.
 
@@ -25,6 +25,8 @@ def of_sign(sign, pair, cut, mean_one):
         Bands.
     mean_one : ndarray, shape (b, l, l)
         Mean spectrum of the reference.
+    levels : ndarray, shape (g,)
+        Power of each group of the record over its mean.
 
     Returns
     -------
@@ -40,8 +42,9 @@ def of_sign(sign, pair, cut, mean_one):
         limit = sign.numbers['limit_m_s2'][0]
         values = np.clip(values, -limit, limit)
     else:
+        wanders = sign.effect == 'nonstationary_excitation'
         return Form(sign.effect, sign.place, (), lambda n, x: (None, None), sign.text,
-                    constants=sign.numbers)
+                    levels=levels if wanders else None, constants=sign.numbers)
     added = spectra_of(values / level, cut).mean - mean_one
     return Form(sign.effect, sign.place, (), lambda n, x: (None, added), sign.text,
                 constants=sign.numbers)
@@ -59,7 +62,7 @@ def of_line(sign, cut, channels):
     matrix = shape[:, None, None] * np.outer(vector, vector.conj())
     return Form('harmonic_disturbance', {}, (Number('relative_power', '1', 1.0, 0.0, 100.0),),
                 lambda n, x: (None, x[0] * matrix), sign.text, ('wheel_speed_sweep',),
-                sign.numbers)
+                constants=sign.numbers)
 
 
 def stiffness_drift(nominal):
@@ -70,9 +73,7 @@ def stiffness_drift(nominal):
 
     def change(n, x):
         ones = np.ones(len(n.modes))
-        gains = (modal_gain(n, np.sqrt(1 + x[0] * u) * ones, ones) for u in steps)
-        moved = sum(g @ n.spectrum @ g.conj().swapaxes(-1, -2) for g in gains) / DRIFT_STEPS
-        return None, moved - n.spectrum
+        return np.array([modal_gain(n, np.sqrt(1 + x[0] * u) * ones, ones) for u in steps]), None
     return Form('stiffness_drift', {}, (Number('change', '1', 0.01, -0.5, 0.5),), change,
                 'frequencies move through the record')
 
@@ -93,10 +94,10 @@ def distortion_of(nominal, base, seen):
 
     """
     there = np.einsum('bii->bi', seen).real
-    usual = np.einsum('bii->bi', base.predicted).real
+    usual = np.einsum('bii->bi', base.prediction.mean).real
     ratio = uniform_filter1d(there, NEIGHBOURS, axis=0) / uniform_filter1d(usual, NEIGHBOURS, 0)
     mostly = np.median(ratio, axis=1) > ABOVE
-    excess = np.where(mostly[:, None, None], seen - base.predicted, 0.0)
+    excess = np.where(mostly[:, None, None], seen - base.prediction.mean, 0.0)
     smooth = uniform_filter1d(excess.real, 3, 0) + 1j * uniform_filter1d(excess.imag, 3, 0)
     values, vectors = np.linalg.eigh(smooth)
     added = (vectors * np.maximum(values, 0.0)[:, None, :]) @ vectors.conj().swapaxes(-1, -2)

@@ -4,9 +4,42 @@ from dataclasses import dataclass
 import numpy as np
 
 from ssi_ros.gap.reference.distance import divergence
+from ssi_ros.gap.reference.pieces import share_of
 
 STEPS = 12
-ENOUGH = 1e-2           # gain of the likelihood below which a fit has arrived
+ENOUGH = 2e-2           # gain of the likelihood below which a fit has arrived
+HALVINGS = 6            # of a step that goes too far
+NODES = 6               # of the integral of a score
+BLUNT = 30.0            # nats that distances may be wrong by, as smooth predictions go
+PROBE = 1e-2            # share of a way for a difference quotient
+SHARES = (0.05, 10.0)   # range of the part of a prediction that scatters
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """
+    What the spectrum of a reference becomes.
+
+    Attributes
+    ----------
+    mean : ndarray, shape (b, l, l)
+        S' of eq. (145).
+    scatters : ndarray, shape (b, l, l)
+        The part of it that scatters as the reference does; the rest is smooth.
+
+    """
+
+    mean: np.ndarray
+    scatters: np.ndarray
+
+    def freedom(self, n_one):
+        """Return how many independent spectra it is as good as, shape (b,), eq. (150)."""
+        return n_one / np.clip(share_of(self.scatters, self.mean), *SHARES) ** 2
+
+    @property
+    def possible(self):
+        """Whether it is a spectrum: positive definite in every band."""
+        return bool(np.all(np.linalg.eigvalsh(self.mean)[:, 0] > 0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,8 +56,10 @@ class Fitted:
     covariance : ndarray, shape (2 + p, 2 + p)
         Inverse of the information.
     likelihood : float
-        Logarithm, 0 where the spectra are equal.
-    predicted : ndarray, shape (b, l, l)
+        Logarithm over that of the level alone, by its slopes, eq. (151).
+    far : float
+        The same by the distances themselves, for gaps so large that slopes mean little.
+    prediction : Prediction
         What the reference becomes.
 
     """
@@ -33,7 +68,8 @@ class Fitted:
     x: np.ndarray
     covariance: np.ndarray
     likelihood: float
-    predicted: np.ndarray
+    far: float
+    prediction: Prediction
 
     def coordinates(self, index):
         """Return the slice of x that belongs to one of the forms."""
@@ -42,22 +78,27 @@ class Fitted:
 
 
 def predict(nominal, forms, x):
-    """Return what the spectrum of a reference becomes, eq. (145), shape (b, l, l)."""
+    """Return what the spectrum of a reference becomes, eq. (145), a Prediction."""
     noise = np.diag(nominal.floor)
-    spectrum, fixed, at = nominal.spectrum - noise, noise, 2
+    # filters act on all that scatters, and the noise that they should have left is put back
+    spectrum, still, at = nominal.spectrum, noise, 2
+    fixed = np.zeros_like(nominal.spectrum)
     for form in forms:
-        spectrum, fixed = form.applied(nominal, spectrum, fixed, x[at:at + len(form.numbers)])
+        numbers = x[at:at + len(form.numbers)]
+        gain, added = form.change(nominal, numbers)
+        if gain is not None:
+            spectrum, still = filtered(gain, spectrum), filtered(gain, still)
+        if added is not None:
+            fixed = fixed + added
         at += len(form.numbers)
-    return np.exp(x[0]) * (spectrum + fixed) + x[1] * noise
+    level = np.exp(x[0])
+    return Prediction(level * (spectrum + fixed + noise - still) + x[1] * noise, level * spectrum)
 
 
-def log_likelihood(predicted, seen, n_one, n_two, trust=1.0):
-    """Return the likelihood ratio of one common spectrum against two, eq. (151)."""
-    if not np.all(np.linalg.eigvalsh(predicted)[:, 0] > 0):
-        return -np.inf
-    value = -np.sum(trust * divergence(predicted, seen, n_one, n_two))
-    value *= n_one * n_two / (n_one + n_two)
-    return float(value) if np.isfinite(value) else -np.inf
+def filtered(gain, spectrum):
+    """Return G S G^H, averaged over the first axis of G of shape (k, b, l, l), if it has one."""
+    found = gain @ spectrum @ gain.conj().swapaxes(-1, -2)
+    return found.mean(axis=0) if gain.ndim == 4 else found
 
 
 def whitener(pooled, trust):
@@ -72,18 +113,55 @@ def whitened(matrices, lower):
     return (turned.real + turned.imag).reshape(-1)
 
 
-def slopes(nominal, forms, x, predicted):
-    """Yield the change of the prediction by each coordinate, by forward differences."""
-    starts = [0.01, 0.05] + [n.start / 10 for f in forms for n in f.numbers]
-    for j, step in enumerate(starts):
-        moved = np.array(x)
-        moved[j] += step
-        yield (predict(nominal, forms, moved) - predicted) / step
-
-
-def fit(nominal, seen, n_one, n_two, forms=(), start=None, steps=STEPS):
+class _Place:
     """
-    Maximise the likelihood by damped Fisher scoring, eq. (152).
+    Where a fit stands: prediction, pooled estimate of both spectra, whitened difference.
+
+    Both recordings scatter. Templates around the reference alone would repeat its scatter, and a
+    form that makes the prediction smoother would win by that; around the pooled estimate they
+    do not.
+    """
+
+    def __init__(self, nominal, forms, x, seen, n_one, n_two):
+        self.forms, self.x = forms, x
+        self.prediction = predict(nominal, forms, x)
+        mean = self.prediction.mean
+        part = np.broadcast_to(n_one / (n_one + n_two), len(seen))[:, None, None]
+        pooled = part * mean + (1 - part) * seen
+        self.weight = np.broadcast_to(n_one * n_two / (n_one + n_two), len(seen))
+        try:
+            factor = np.linalg.cholesky(pooled)
+            bend = factor @ np.linalg.inv(np.linalg.cholesky(mean))
+        except np.linalg.LinAlgError:
+            self.possible = False
+            return
+        self.possible = True
+        self.lower = np.linalg.inv(factor) * np.power(nominal.trust, 0.25)[:, None, None]
+        spectrum = filtered(bend, nominal.spectrum)
+        self.around = nominal.with_spectrum(spectrum)
+        self.base = predict(self.around, forms, x).mean
+        self.rest = self.weighted(seen - mean)
+
+    def weighted(self, matrices):
+        """Return matrices as vectors whose products are those of the information."""
+        flat = whitened(matrices, self.lower).reshape(len(self.weight), -1)
+        return (flat * np.sqrt(self.weight)[:, None]).ravel()
+
+    def slope(self, direction, step):
+        """Return the change of the prediction along a direction of x."""
+        moved = predict(self.around, self.forms, self.x + step * direction)
+        return self.weighted(moved.mean - self.base) / step
+
+    def gradient(self):
+        """Return score and information, eq. (152)."""
+        steps = [0.01, 0.05] + [n.start / 10 for f in self.forms for n in f.numbers]
+        rows = np.array([self.slope(e, s) for e, s in zip(np.eye(len(self.x)), steps)])
+        return rows @ self.rest, rows @ rows.T
+
+
+def fit(nominal, seen, n_one, n_two, forms=(), start=None, steps=STEPS, origin=None):
+    """
+    Solve for level, noise and the coordinates of forms by damped Fisher scoring, eq. (152).
 
     Parameters
     ----------
@@ -91,7 +169,7 @@ def fit(nominal, seen, n_one, n_two, forms=(), start=None, steps=STEPS):
         The reference.
     seen : ndarray, shape (b, l, l)
         Mean spectrum of the record.
-    n_one, n_two : float
+    n_one, n_two : float or ndarray, shape (b,)
         Independent spectra behind both.
     forms : tuple of Form
         What may act.
@@ -99,6 +177,8 @@ def fit(nominal, seen, n_one, n_two, forms=(), start=None, steps=STEPS):
         Where to begin.
     steps : int
         At most.
+    origin : ndarray, shape (2,), optional
+        Level and noise alone, from which the likelihood is counted.
 
     Returns
     -------
@@ -110,43 +190,68 @@ def fit(nominal, seen, n_one, n_two, forms=(), start=None, steps=STEPS):
     high = np.array([12.0, 1e6] + [n.high for n in numbers])
     if start is None:
         start = np.array([level_of(nominal.spectrum, seen), 0.0] + [n.start for n in numbers])
-    x = np.array(start, float)
-    predicted = predict(nominal, forms, x)
-    trust = nominal.trust
-    best = log_likelihood(predicted, seen, n_one, n_two, trust)
-    if not np.isfinite(best):           # of other groups: more noise taken away than there is
-        x[1:] = 0.0
-        predicted = predict(nominal, forms, x)
-        best = log_likelihood(predicted, seen, n_one, n_two, trust)
-    damping, weight = 1e-3, n_one * n_two / (n_one + n_two)
-    information = np.eye(len(x))
+    problem = (seen, n_one, n_two)
+    here = _Place(nominal, forms, np.array(start, float), *problem)
+    if not here.possible:               # of other groups: more noise taken away than there is
+        here = _Place(nominal, forms, np.append(start[0], np.zeros(len(start) - 1)), *problem)
+    score, information = here.gradient()
     for _ in range(steps):
-        pooled = (n_one * predicted + n_two * seen) / (n_one + n_two)
-        lower = whitener(pooled, trust)
-        rows = np.array([whitened(s, lower) for s in slopes(nominal, forms, x, predicted)])
-        information = weight * rows @ rows.T
-        # of (151) itself, not of its limit for small differences
-        back = lower.conj().swapaxes(-1, -2)
-        root = np.sqrt(trust)[:, None, None]
-        rest = root * (np.linalg.inv(lower @ predicted @ back / root) - np.eye(len(back[0])))
-        gradient = n_one * rows @ (rest.real + rest.imag).reshape(-1)
-        gained = 0.0
-        scale = np.maximum(np.diag(information), 1e-12)
-        for _ in range(8):
-            move = np.linalg.solve(information + damping * np.diag(scale), gradient)
-            there = np.clip(x + move, low, high)
-            trial = predict(nominal, forms, there)
-            value = log_likelihood(trial, seen, n_one, n_two, trust)
-            if value > best:
-                gained, x, predicted, best = value - best, there, trial, value
-                damping = max(damping / 10, 1e-6)
-                break
-            damping *= 6
-        if gained < ENOUGH:
+        move = _solved(information, score)
+        if score @ move < ENOUGH:
             break
+        for _ in range(HALVINGS):
+            there = _Place(nominal, forms, np.clip(here.x + move, low, high), *problem)
+            if there.possible:
+                new_score, new_information = there.gradient()
+                # the likelihood along the step, by its slopes at both ends
+                if (score + new_score) @ (there.x - here.x) > 0:
+                    break
+            move = move / 3
+        else:
+            break
+        here, score, information = there, new_score, new_information
     scale = np.sqrt(np.maximum(np.diag(information), 1e-12))
     covariance = np.linalg.pinv(information / np.outer(scale, scale)) / np.outer(scale, scale)
-    return Fitted(tuple(forms), x, covariance, best, predicted)
+    gain = far = 0.0
+    if forms:
+        base = np.append(here.x[:2] if origin is None else origin, np.zeros(len(numbers)))
+        ratios = [_ratio(p, problem, nominal.trust) for p in (
+            predict(nominal, (), base[:2]), predict(nominal, forms, base), here.prediction)]
+        # what a form adds at x = 0, as rails do, has no way along which to go
+        gain = _gain(nominal, forms, base, here.x, problem) + ratios[1] - ratios[0]
+        far = ratios[2] - ratios[0]
+        gain = min(gain, far + BLUNT)
+    return Fitted(tuple(forms), here.x, covariance, gain, far, here.prediction)
+
+
+def _solved(information, score):
+    scale = np.sqrt(np.maximum(np.diag(information), 1e-12))
+    inner = information / np.outer(scale, scale) + 1e-4 * np.eye(len(scale))
+    return np.linalg.solve(inner, score / scale) / scale
+
+
+def _ratio(prediction, problem, trust):
+    """Return the likelihood ratio of one common spectrum against two, eq. (151)."""
+    seen, n_one, n_two = problem
+    if not prediction.possible:
+        return -np.inf
+    bands = divergence(prediction.mean, seen, n_one, n_two) * n_one * n_two / (n_one + n_two)
+    # a smoother prediction is nearer to anything, by as much as it scatters less
+    share = 1 - n_one / prediction.freedom(n_one)
+    smooth = seen.shape[-1] ** 2 / 2 * n_two / (n_one + n_two) * share
+    return -float(np.sum(trust * (bands + smooth)))
+
+
+def _gain(nominal, forms, base, x, problem):
+    """Return the integral of the score from the level alone to a fit, eq. (151)."""
+    nodes, weights = np.polynomial.legendre.leggauss(NODES)
+    total = 0.0
+    for node, weight in zip((nodes + 1) / 2, weights / 2):
+        place = _Place(nominal, forms, base + node * (x - base), *problem)
+        if not place.possible:
+            return -np.inf
+        total += weight * float(place.slope(x - base, PROBE) @ place.rest)
+    return total
 
 
 def level_of(one, two):

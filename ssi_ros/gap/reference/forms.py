@@ -9,7 +9,7 @@ with N the noise floor of the channels, which no effect filters; null at x = 0. 
 effect yields its forms, one for each place where it can act.
 """
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -55,6 +55,10 @@ class Form:
         What it says of the structure, in words.
     also : tuple of str
         Effects of the library that have this same form without geometry.
+    places : int
+        Among how many this one was chosen.
+    levels : ndarray, shape (g,), optional
+        Power of each group of the record over its mean, for a level that wanders.
     constants : dict
         Numbers that were read off the samples, {name: (value, unit)}.
 
@@ -66,30 +70,9 @@ class Form:
     change: Callable
     meaning: str = ''
     also: tuple = ()
+    places: int = 1
+    levels: np.ndarray = None
     constants: dict = field(default_factory=dict)
-
-    def applied(self, nominal, spectrum, fixed, x):
-        """
-        Return the spectrum with the effect at coordinates x in it.
-
-        Parameters
-        ----------
-        nominal : Nominal
-            The reference.
-        spectrum, fixed : ndarray, shape (b, l, l)
-            What filters act on and what stays beside it, their sum is S.
-        x : ndarray
-            Coordinates.
-
-        Returns
-        -------
-        spectrum, fixed : ndarray, shape (b, l, l)
-
-        """
-        gain, added = self.change(nominal, x)
-        if gain is not None:
-            spectrum = gain @ spectrum @ gain.conj().swapaxes(-1, -2)
-        return spectrum, fixed if added is None else fixed + added
 
 
 def _units(nominal):
@@ -125,7 +108,8 @@ def excitation_colour(nominal):
     half = nominal.cut.rate_hz / 2
     yield Form('excitation_colour', {}, (
         Number('corner_hz', 'Hz', 0.1, -1e4, 1e4, lambda x: half / np.sqrt(max(abs(x), 1e-12))),),
-        corner, 'the excitation of one recording has a corner that the other has not')
+        corner, 'the excitation of one recording has a corner that the other has not',
+        ('sensor_bandwidth',))
     yield Form('excitation_colour', {}, tuple(
         Number(f'log_power_{k}', '1', 0.02, -20, 20) for k in (1, 2, 3)), smooth,
         'the excitation has another colour: power as a polynomial of log f')
@@ -174,7 +158,8 @@ def sensor_bandwidth(nominal):
             return _diagonal(n, c, response if x[0] > 0 else 1 / response), None
         yield Form('sensor_bandwidth', {'channel': 'all' if c is None else nominal.channels[c]}, (
             Number('corner_hz', 'Hz', 0.4, -50, 50, lambda x: half / max(abs(x), 1e-9)),), change,
-            'a low-pass that one recording has and the other has not')
+            'a low-pass that one recording has and the other has not',
+            ('excitation_colour',) if c is None else ())
 
 
 def sensor_noise(nominal):
@@ -315,5 +300,7 @@ FORMS = (excitation_colour, sensor_gain, sensor_crosstalk, channel_delay, sensor
 def all_forms(nominal, names=None):
     """Return every form of the effects called `names` (all if None) for a nominal."""
     forms = [f for function in FORMS for f in function(nominal)]
+    like = [(f.effect, len(f.numbers)) for f in forms]
+    forms = [replace(f, places=like.count(kind)) for f, kind in zip(forms, like)]
     return tuple(f for f in forms
                  if names is None or f.effect in names or set(f.also) & set(names))

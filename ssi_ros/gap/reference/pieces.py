@@ -84,18 +84,25 @@ class Spectra:
     """
     Spectral matrices of the groups of one recording, shape (g, b, l, l) [unit^2 / Hz].
 
-    `weights` are the segments of each group, `times_s` their middles.
+    `weights` are the segments of each group, `times_s` their middles, `own` the share of a band
+    that scatters, shape (b,): what was added to it does not.
     """
 
     cut: Cut
     groups: np.ndarray
     weights: np.ndarray
     times_s: np.ndarray
+    own: np.ndarray = 1.0
 
     @property
     def freedom(self):
-        """Independent spectra behind the mean."""
-        return self.cut.freedom(self.weights.sum())
+        """Independent spectra that the mean is as good as, shape (b,)."""
+        return self.weights.sum() * self.freedom_each
+
+    @property
+    def freedom_each(self):
+        """Return the same of one segment, shape (b,)."""
+        return self.cut.freedom(1.0) / np.broadcast_to(self.own, self.cut.bands) ** 2
 
     @property
     def mean(self):
@@ -105,21 +112,32 @@ class Spectra:
     def only(self, which):
         """Return some of the groups."""
         which = np.asarray(which)
-        return Spectra(self.cut, self.groups[which], self.weights[which], self.times_s[which])
+        return replace(self, groups=self.groups[which], weights=self.weights[which],
+                       times_s=self.times_s[which])
 
     def in_bands(self, kept):
         """Return some of the bands, by an array of bool of shape (b,)."""
         cut = replace(self.cut, chosen=tuple(np.array(self.cut.chosen)[kept]))
-        return Spectra(cut, self.groups[:, kept], self.weights, self.times_s)
+        return replace(self, cut=cut, groups=self.groups[:, kept])
+
+    def levelled(self, levels):
+        """Return the spectra with the level of each group taken out, shape (g,)."""
+        return replace(self, groups=self.groups / np.reshape(levels, (-1, 1, 1, 1)))
 
     def padded(self, share):
         """Return the spectra with a share of each channel's own mean power added to it."""
-        own = np.einsum('bii->bi', self.mean).real * share
-        padding = own[:, :, None] * np.eye(own.shape[1])
-        return replace(self, groups=self.groups + padding)
+        power = np.einsum('bii->bi', self.mean).real * share
+        padding = power[:, :, None] * np.eye(power.shape[1])
+        return replace(self, groups=self.groups + padding,
+                       own=share_of(self.mean, self.mean + padding))
 
     def __len__(self):
         return len(self.groups)
+
+
+def share_of(part, whole):
+    """Return tr whole^-1 part over the channels: the share of a part in all directions, (b,)."""
+    return np.einsum('bii->b', np.linalg.solve(whole, part)).real / whole.shape[-1]
 
 
 def plan(rows, rate_hz, channels):

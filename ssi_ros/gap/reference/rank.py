@@ -5,11 +5,13 @@ import numpy as np
 
 from ssi_ros.gap.reference.distance import measure
 from ssi_ros.gap.reference.extra import NONLINEAR
-from ssi_ros.gap.reference.fit import fit, Fitted, log_likelihood, predict
+from ssi_ros.gap.reference.fit import fit, Fitted, predict
 
 REFIT_STEPS = 3
 BLOCK = 8               # bands that the bootstrap keeps together
 DRAWS = 400
+DECADES = 6.0           # nats that the logarithm of an unknown size may lie in
+LEAST_SIZE = 0.1        # of a number, in units of where its fit starts
 SURE = 30.0             # log odds of a statistic that cannot be chance
 EXACT = 300.0           # and of a sign that is read off the samples themselves
 MODAL = 0.1             # share of the gap that a modal form may leave
@@ -26,24 +28,24 @@ class Ranked:
     ----------
     fitted : Fitted
         Of all groups.
-    held_out : float
-        Log likelihood of the groups that each of two fits did not see.
     bands : ndarray, shape (b,)
         Held-out D less its floor.
     value, floor, floor_std : float
         Held-out gap, mean of the two folds.
     bonus : float
         Log odds of a sign.
+    gross : bool
+        Whether the gap is so large that distances rank better than slopes.
 
     """
 
     fitted: Fitted
-    held_out: float
     bands: np.ndarray
     value: float
     floor: float
     floor_std: float
     bonus: float = 0.0
+    gross: bool = False
 
     @property
     def names(self):
@@ -53,7 +55,8 @@ class Ranked:
     @property
     def worth(self):
         """Log odds by which candidates are ordered."""
-        return self.held_out + self.bonus
+        likelihood = self.fitted.far if self.gross else self.fitted.likelihood
+        return likelihood + self.bonus + occam(self.fitted)
 
     @property
     def tolerance(self):
@@ -71,7 +74,36 @@ class Ranked:
         return (self.value - self.floor) / self.floor_std
 
 
-def try_held_out(nominal, one, two, fitted, scatter, bonus=0.0):
+def occam(fitted):
+    """
+    Return the log of posterior over prior volume of the numbers of forms and of their places.
+
+    The prior of a size is even in its logarithm over DECADES to both sides, as in eq. (112). Where
+    a form has a number for every mode, the modes have a change in common and each its own beside
+    it, both of a size that all of them tell.
+    """
+    total = 0.0
+    for k, form in enumerate(fitted.forms):
+        at = fitted.coordinates(k)
+        if form.numbers:
+            start = np.array([n.start for n in form.numbers])
+            information = np.linalg.pinv(fitted.covariance[at, at] / np.outer(start, start),
+                                         hermitian=True)
+            x, weight = fitted.x[at] / start, np.diag(information) / np.trace(information)
+            common = x @ weight
+            own = np.sqrt((x - common) ** 2 @ weight)
+            sizes = (common, own) if len(x) > 1 else (common,)
+            prior = max(common ** 2, LEAST_SIZE ** 2) * np.ones((len(x), len(x)))
+            prior += own ** 2 * np.eye(len(x))
+            inside = np.eye(len(x)) + prior @ information
+            total -= 0.5 * float(np.linalg.slogdet(inside)[1])
+            total -= 0.5 * float(x @ information @ np.linalg.solve(inside, x))
+            total -= len(sizes) * np.log(2 * DECADES / np.sqrt(2 * np.pi))
+        total -= np.log(form.places)
+    return total
+
+
+def try_held_out(nominal, one, two, fitted, scatter, bonus=0.0, gross=False):
     """
     Fit every second group anew, and measure on the others; then the other way round.
 
@@ -87,13 +119,15 @@ def try_held_out(nominal, one, two, fitted, scatter, bonus=0.0):
         Standard deviation of the floor in the data over that of theory, at least 1.
     bonus : float
         Log odds of a sign.
+    gross : bool
+        As in Ranked.
 
     Returns
     -------
     Ranked
 
     """
-    total, bands, values = 0.0, [], []
+    bands, values = [], []
     for train, test in ((0, 1), (1, 0)):
         first, second = one.only(np.arange(train, len(one), 2)), two.only(
             np.arange(train, len(two), 2))
@@ -101,17 +135,15 @@ def try_held_out(nominal, one, two, fitted, scatter, bonus=0.0):
                    fitted.forms, fitted.x, REFIT_STEPS)
         first, second = one.only(np.arange(test, len(one), 2)), two.only(
             np.arange(test, len(two), 2))
-        predicted = predict(nominal.with_spectrum(first.mean), fitted.forms, half.x)
-        if not np.all(np.linalg.eigvalsh(predicted)[:, 0] > 0):
-            predicted = fitted.predicted
-        total += log_likelihood(predicted, second.mean, first.freedom, second.freedom,
-                                nominal.trust)
-        gap = measure(first, second, predicted, nominal.trust)
+        prediction = predict(nominal.with_spectrum(first.mean), fitted.forms, half.x)
+        if not prediction.possible:
+            prediction = fitted.prediction
+        gap = measure(first, second, prediction, nominal.trust)
         bands.append(gap.bands)
         values.append((gap.value, gap.floor, gap.floor_std))
     value, floor, std = np.mean(values, axis=0)
-    return Ranked(fitted, total, np.mean(bands, axis=0), float(value), float(floor),
-                  float(std / np.sqrt(2) * scatter), bonus)
+    return Ranked(fitted, np.mean(bands, axis=0), float(value), float(floor),
+                  float(std / np.sqrt(2) * scatter), bonus, gross)
 
 
 def closed(before, after):

@@ -28,7 +28,8 @@ class Screen:
     p_value : float
         Chance of so large a score without a cause.
     tracks : ndarray, shape (p, g)
-        Score of each coordinate in every group of the record, in standard deviations of a group.
+        Score of each coordinate in every group of the record against the mean of the reference,
+        in standard deviations of a group.
 
     """
 
@@ -63,12 +64,13 @@ def screen(nominal, base, one, two, forms, seed=0):
 
     """
     n_one, n_two = one.freedom, two.freedom
-    pooled = (n_one * base.predicted + n_two * two.mean) / (n_one + n_two)
+    share = (n_one / (n_one + n_two))[:, None, None]
+    pooled = share * base.prediction.mean + (1 - share) * two.mean
     lower = whitener(pooled, nominal.trust)
     level, noise = np.exp(base.x[0]), base.x[1] * np.diag(nominal.floor)
     # around the reference itself its own scatter would be in the templates
     nominal = nominal.with_spectrum((pooled - noise) / level)
-    predicted = predict(nominal, (), base.x)
+    predicted = predict(nominal, (), base.x).mean
     rows = [_row(nominal, (), base.x, predicted, j, s, lower) for j, s in ((0, .01), (1, .05))]
     nuisance = np.linalg.qr(np.array(rows).T)[0].T
     templates, owner = [], []
@@ -89,12 +91,12 @@ def screen(nominal, base, one, two, forms, seed=0):
     split = len(one)
     difference = (_mean(scores[:, split:], weights[split:])
                   - _mean(scores[:, :split], weights[:split]))
-    theory = np.sqrt(1 / n_one + 1 / n_two)
+    power = np.square(templates).reshape(len(templates), one.cut.bands, -1).sum(axis=2)
+    theory = np.sqrt(power @ (1 / n_one + 1 / n_two))
     seen = np.sqrt(_variance(scores[:, :split], weights[:split])
                    + _variance(scores[:, split:], weights[split:]))
     spread = np.maximum(seen, theory)
     # the scatter of a template of few bands is known from few groups only: Student's tail
-    power = np.square(templates).reshape(len(templates), one.cut.bands, -1).sum(axis=2)
     freedom = (len(weights) - 2) / np.maximum(np.square(power).sum(axis=1), 1e-12)
 
     def standard(difference):
@@ -108,17 +110,17 @@ def screen(nominal, base, one, two, forms, seed=0):
         sides = mixed_halves(split, len(two), rng) * weights
         sides /= sides.sum(axis=1, keepdims=True)
         largest[i] = standard(scores @ (sides[1] - sides[0])).max()
-    gains = np.array([_gain(templates[owner == k], difference[owner == k] / theory)
+    gains = np.array([_gain(templates[owner == k], (difference / theory)[owner == k])
                       for k in range(len(forms))])
-    own = scores[:, split:] - _mean(scores[:, split:], weights[split:])[:, None]
-    tracks = own * np.sqrt(weights[split:]) / np.sqrt(1 / one.cut.freedom(1.0))
+    own = scores[:, split:] - _mean(scores[:, :split], weights[:split])[:, None]
+    tracks = own * np.sqrt(weights[split:]) / np.sqrt(power @ (1 / two.freedom_each))[:, None]
     return Screen(tuple(forms), owner, z, gains, _tail(np.abs(z).max(), largest), tracks)
 
 
 def _row(nominal, forms, x, predicted, j, step, lower):
     moved = np.array(x, float)
     moved[j] += step
-    return whitened(predict(nominal, forms, moved) - predicted, lower)
+    return whitened(predict(nominal, forms, moved).mean - predicted, lower)
 
 
 def _mean(scores, weights):

@@ -16,6 +16,7 @@ MOST_ROWS = 200_000     # that the prediction is fitted to
 PULSE = 5.0             # standard deviations beyond which a residual is a pulse
 PEAK, FEW = 8.0, 6       # fewer bins than FEW within PEAK of the largest: no smooth level
 AROUND = 10             # bins around a line in which the reference is looked at
+OWN_BINS = 3            # of a line itself under its taper, on each side
 NEVER = 1e-300
 
 
@@ -193,11 +194,20 @@ def line(one, two, cut, usual, level):
     at = np.clip(np.rint(f_two[usable] * len(one) / cut.rate_hz).astype(int), 0, len(f_one) - 1)
     excess = np.minimum(excess, (np.abs(seen[usable]) ** 2 / top[at]).mean(axis=1))
     width = two.shape[1]
-    chance = gamma.sf(excess * width, width)
+    # A line stands alone; a narrow mode that moved here has flanks. The channels may move as one.
+    power = np.abs(seen) ** 2
+    flank = np.ones(2 * AROUND + 1)
+    flank[AROUND - OWN_BINS:AROUND + OWN_BINS + 1] = 0.0
+    flank /= flank.sum()
+    local = np.apply_along_axis(np.convolve, 0, power, flank, 'same')[usable]
+    alone = (power[usable] / local).mean(axis=1)
+    bins = 2 * (AROUND - OWN_BINS)
+    chance = np.maximum(gamma.sf(excess * width, width), fisher.sf(alone, 2, 2 * bins))
     # of a peak of few bins, or of the lines of a periodic excitation, the level is a guess
     high = uniform_filter1d((fine > top / PEAK).astype(float), 2 * reach + 1, axis=0)
     rough = (high[at] * (2 * reach + 1) < FEW).any(axis=1)
-    chance[rough] = (1 + excess[rough] / 3) ** -3.0
+    # there two recordings of one narrow mode differ as two exponential variables do
+    chance[rough] = 1 / (1 + excess[rough])
     chance *= len(excess)
     best = int(np.argmin(chance))
     if not chance[best] < 1e-3:
@@ -215,6 +225,28 @@ def _fine(values, cut):
     taper = np.hanning(len(values) + 2)[1:-1]
     taper /= np.sqrt(np.sum(taper ** 2) * cut.rate_hz / 2)
     return np.fft.rfft(values * taper[:, None], axis=0)
+
+
+def steady_or_drifting(track, times_s):
+    """
+    Return the log odds of a drift from the start of a record over a change that stays, (163).
+
+    Parameters
+    ----------
+    track : ndarray, shape (g,)
+        Scores of the groups against the reference, in standard deviations.
+    times_s : ndarray, shape (g,), [s]
+        Their middles.
+
+    Returns
+    -------
+    float
+
+    """
+    u = times_s / times_s[-1]
+    left = [np.sum((track - (track @ v) / (v @ v) * v) ** 2) for v in (np.ones(len(u)), u)]
+    scatter = max(1.0, min(left) / max(len(u) - 1, 1))
+    return float((left[0] - left[1]) / (2 * scatter))
 
 
 def trend(track, times_s):

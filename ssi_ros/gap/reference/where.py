@@ -28,8 +28,8 @@ def locate(nominal, base, one, two):
 
     """
     cut, width = nominal.cut, len(nominal.channels)
-    n_one, n_two = one.freedom, two.freedom
-    excess = nominal.trust * divergence(base.predicted, two.mean, n_one, n_two)
+    n_one, n_two = base.prediction.freedom(one.freedom), two.freedom
+    excess = nominal.trust * divergence(base.prediction.mean, two.mean, n_one, n_two)
     bands = _shares(excess - width ** 2 / 2 * (1 / n_one + 1 / n_two))
     low, high = cut.middles_hz - cut.width_hz / 2, cut.middles_hz + cut.width_hz / 2
     parts = np.array_split(np.arange(cut.bands), min(MOST_BANDS, cut.bands))
@@ -44,7 +44,7 @@ def locate(nominal, base, one, two):
     modes = [{**m, 'share': m['share'] / max(total, 1.0)} for m in modes]
     return {
         'sensors': [{'name': c, 'share': s} for c, s in zip(
-            nominal.channels, channel_shares(nominal, base.predicted, one, two))],
+            nominal.channels, channel_shares(nominal, base.prediction, one, two))],
         'bands': [{'low_hz': low[p[0]], 'high_hz': high[p[-1]], 'share': bands[p].sum()}
                   for p in parts],
         'modes': sorted(modes, key=lambda m: -m['share']),
@@ -60,7 +60,7 @@ def name_of(shape, channels):
     return 'mode of ' + ', '.join(words[:4])
 
 
-def channel_shares(nominal, predicted, one, two):
+def channel_shares(nominal, prediction, one, two):
     """
     Return the share of each channel: what the gap loses where that channel is left out.
 
@@ -72,12 +72,13 @@ def channel_shares(nominal, predicted, one, two):
     width = len(nominal.channels)
     if width == 1:
         return np.ones(1)
-    n_one, n_two = one.freedom, two.freedom
+    n_one, n_two = prediction.freedom(one.freedom), two.freedom
 
     def above(kept):
         grid = np.ix_(np.arange(nominal.cut.bands), kept, kept)
-        bands = divergence(predicted[grid], two.mean[grid], n_one, n_two)
-        return np.mean(nominal.trust * bands) - len(kept) ** 2 / 2 * (1 / n_one + 1 / n_two)
+        bands = divergence(prediction.mean[grid], two.mean[grid], n_one, n_two)
+        bands -= len(kept) ** 2 / 2 * (1 / n_one + 1 / n_two)
+        return np.mean(nominal.trust * bands)
     everything = above(list(range(width)))
     return _shares(np.array([everything - above([k for k in range(width) if k != c])
                              for c in range(width)]))
@@ -97,17 +98,17 @@ def _shares(excess):
 def _times(nominal, base, one, two):
     parts = np.array_split(np.arange(len(two)), min(MOST_TIMES, len(two)))
     length = two.cut.rows / two.cut.rate_hz
-    n, width = two.cut.freedom(1.0), len(nominal.channels)
+    n, width = two.freedom_each, len(nominal.channels)
     found = []
     for part in parts:
         some = two.only(part)
         size = n * some.weights.sum()
         floor = width ** 2 / 2 / size
         # too few spectra for a determinant: the trace of the difference alone
-        inverse = np.linalg.inv(base.predicted)
+        inverse = np.linalg.inv(base.prediction.mean)
         away = inverse @ some.mean - np.eye(width)
-        found.append(max(np.mean(nominal.trust * np.einsum('bij,bji->b', away, away).real / 2)
-                         - floor, 0.0))
+        bands = np.einsum('bij,bji->b', away, away).real / 2
+        found.append(max(np.mean(nominal.trust * (bands - floor)), 0.0))
     shares = _shares(np.array(found))
     return [{'start_s': two.times_s[p[0]] - two.weights[p[0]] * length / 2,
              'end_s': two.times_s[p[-1]] + two.weights[p[-1]] * length / 2, 'share': s}

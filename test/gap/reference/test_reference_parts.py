@@ -4,7 +4,7 @@ import pytest
 from reference_records import chain, RATE_HZ
 from ssi_ros.gap.reference.amplitude import amplitude_dependence
 from ssi_ros.gap.reference.distance import data_floor, divergence, measure, theory_floor
-from ssi_ros.gap.reference.fit import fit
+from ssi_ros.gap.reference.fit import fit, predict
 from ssi_ros.gap.reference.forms import all_forms
 from ssi_ros.gap.reference.nominal import make_nominal
 from ssi_ros.gap.reference.pair import make_pair
@@ -93,12 +93,13 @@ def test_every_form_is_null_at_zero_and_at_its_start_is_not():
         'sensor_bandwidth', 'sensor_noise', 'sensor_drift', 'timestamp_jitter',
         'stiffness_scale', 'damping_scale'}
     for form in forms:
-        spectrum, fixed = form.applied(nominal, first.mean, 0.0, np.zeros(len(form.numbers)))
+        numbers = len(form.numbers)
+        null = predict(nominal, (form,), np.zeros(2 + numbers))
         # 1e-12: round-off of a filter that is the identity
-        assert np.allclose(spectrum + fixed, first.mean, rtol=1e-12), form.effect
-        start = np.array([n.start for n in form.numbers])
-        spectrum, fixed = form.applied(nominal, first.mean, 0.0, start)
-        assert not np.allclose(spectrum + fixed, first.mean, rtol=1e-9), form.effect
+        assert np.allclose(null.mean, first.mean, rtol=1e-12), form.effect
+        assert np.allclose(null.scatters, first.mean, rtol=1e-12), form.effect
+        start = predict(nominal, (form,), np.array([0.0, 0.0] + [n.start for n in form.numbers]))
+        assert not np.allclose(start.mean, first.mean, rtol=1e-9), form.effect
 
 
 def test_the_form_of_moved_modes_gives_back_what_was_moved():
