@@ -12,14 +12,17 @@ FORGET = 0.99           # a window; so the power that is remembered follows a sl
 UNEVEN = 20.0           # largest over smallest power of the parts, beyond which a window is uneven
 
 
-def part_powers(kept):
+def part_powers(pieces, channels):
     """
     Return the power of every part of a window, summed over the channels.
 
     Parameters
     ----------
-    kept : sequence of ndarray, shape (n, l), [m/s^2]
-        The pieces of the window by rising time, NaN where missing.
+    pieces : ndarray, shape (m, 2)
+        Of each piece of the window by rising time: the sum of squares of its samples, and how
+        many there are.
+    channels : int
+        Number of channels l.
 
     Returns
     -------
@@ -27,12 +30,11 @@ def part_powers(kept):
         NaN for a part without samples.
 
     """
-    pieces, out = list(kept), np.full(PARTS, np.nan)
-    for k, own in enumerate(np.array_split(np.arange(len(pieces)), PARTS)):
-        rows = np.concatenate([pieces[j] for j in own]) if len(own) else np.empty((0, 1))
-        number = np.count_nonzero(~np.isnan(rows))
+    out = np.full(PARTS, np.nan)
+    for k, part in enumerate(np.array_split(pieces, PARTS)):
+        power, number = part.sum(axis=0)
         if number:
-            out[k] = np.nansum(rows ** 2) * rows.shape[1] / number
+            out[k] = power * channels / number
     return out
 
 

@@ -71,10 +71,10 @@ def realise(method, covariances, values, inputs, rows, settings):
         The method.
     covariances : Covariances
         Lags 0 to 2 i - 1 of the band.
-    values : callable
-        () -> ndarray, shape (n, l): the rows of the band, NaN where missing.
-    inputs : callable
-        () -> ndarray, shape (n, r): those of the inputs.
+    values : ndarray, shape (n, l)
+        The rows of the band, NaN where missing.
+    inputs : ndarray, shape (n, r)
+        Those of the inputs.
     rows : int
         Block rows i.
     settings : Identification
@@ -100,7 +100,7 @@ def realise(method, covariances, values, inputs, rows, settings):
         if method.name == 'ssi_cov':
             factors = factorise(covariances, rows, rank, settings.weighting)
         else:
-            y = whole(values(), 'ssi_data')
+            y = whole(values, 'ssi_data')
             factors = data_factors((y - y.mean(axis=0)) / covariances.scale, rows, rank,
                                    settings.weighting)
         floor = FLOOR_MARGIN * noise_floor(rows, factors.channels, covariances.counts)
@@ -108,11 +108,11 @@ def realise(method, covariances, values, inputs, rows, settings):
             floor *= factors.singular_values[0]
         return factors, floor, shares_of
     if method.name == 'era':
-        responses = decaying(whole(values(), 'era') / covariances.scale)[:, :, None]
+        responses = decaying(whole(values, 'era') / covariances.scale)[:, :, None]
         factors, middle = pulse_factors(responses, rows, rank)
         floor = max(NOISE_OVER_MEDIAN * middle, DISTORTION * factors.singular_values[0])
     else:
-        both = whole(np.concatenate([inputs(), values()], axis=1), 'okid')
+        both = whole(np.concatenate([inputs, values], axis=1), 'okid')
         u, y = np.split(both - both.mean(axis=0), [-width], axis=1)
         spread = u.std(axis=0)
         if not (spread > 0.0).all():

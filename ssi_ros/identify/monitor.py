@@ -3,7 +3,6 @@ The sliding window: rows in, modes out.
 
 Every result is computed from whole hops, so it does not depend on how the rows arrive.
 """
-from collections import deque
 from dataclasses import replace
 import math
 
@@ -19,6 +18,7 @@ from ssi_ros.identify.settings import Identification
 from ssi_ros.identify.shapes import mac
 from ssi_ros.identify.traced import TracedWindow
 from ssi_ros.identify.track import told, track, Tracks
+from ssi_ros.identify.window import Window
 from ssi_ros.records import Mode, Pole, WindowModes
 from threadpoolctl import ThreadpoolController
 
@@ -86,7 +86,8 @@ class Monitor:
         count = settings.hops * self.pieces
         self.thinners = [Thinner(b.factor, width) if b.factor > 1 else None for b in self.bands]
         self.rings = [Ring(count, 2 * self.rows - 1, len(self.channels)) for _ in self.bands]
-        self.kept, self.driven = ([deque(maxlen=count) for _ in self.bands] for _ in range(2))
+        self.kept = [Window(count, len(self.channels)) for _ in self.bands]
+        self.driven = [Window(count, len(method.inputs)) for _ in self.bands]
         self.waiting = np.empty((0, width))
         self.offset, self.wild = None, 0
         self.taken = 0                     # whole pieces taken in
@@ -160,8 +161,8 @@ class Monitor:
             if thinner is not None:
                 rows = thinner.push(rows)
             ring.push(rows[:, :own])
-            kept.append(rows[:, :own])
-            driven.append(rows[:, own:])
+            kept.push(rows[:, :own])
+            driven.push(rows[:, own:])
         self.taken += 1
 
     def _identify(self, keep=True):
@@ -184,10 +185,10 @@ class Monitor:
                 break
             try:
                 covariances = (ring.covariances(piece_s) if number else first).of(live)
-                kept, driven = self.kept[number], self.driven[number]
+                kept, driven = self.kept[number].rows, self.driven[number].rows
                 realised = realise(
-                    self.method, covariances, lambda: np.concatenate(kept)[:, live],
-                    lambda: np.concatenate(driven), self.rows, self.settings)
+                    self.method, covariances, kept if live.all() else kept[:, live], driven,
+                    self.rows, self.settings)
                 found, left, trace = band_modes(*realised, covariances, band, number, self.rows,
                                                 self.settings)
             except (np.linalg.LinAlgError, ValueError) as error:
@@ -202,7 +203,7 @@ class Monitor:
         rejected += double
         modes = self._labelled(kept, held_s)
         tracks, modes, births, deaths = track(self.tracks, modes)
-        powers = [part_powers(kept) for kept in self.kept]
+        powers = [part_powers(kept.powers, len(self.channels)) for kept in self.kept]
         missing = [t.mode for t in tracks.alive if t.missed]
         lost = why_lost(self.heard, missing, powers, self.bands)
         uneven = unevenness(powers[0]) if live.any() else ''
@@ -244,7 +245,7 @@ class Monitor:
             own = [c for c in candidates if c.band == number]
             if not own:
                 continue
-            peaks = look(np.concatenate(kept), band.rate_hz, [c.frequency_hz for c in own])
+            peaks = look(kept.rows, band.rate_hz, [c.frequency_hz for c in own])
             for c, *seen in zip(own, peaks.sharpness, peaks.comb, peaks.change):
                 word, note = label(c, seen[0], held_s, *seen[1:], self.method.name == 'era')
                 modes.append(Mode(c.frequency_hz, c.damping_ratio, c.shape, c.frequency_std_hz,

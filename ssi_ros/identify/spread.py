@@ -13,6 +13,7 @@ a block: a change of energy alone moves no pole, so the functional does not see 
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.fft import fft
 
 BLOCKS_MIN = 4          # fewer data blocks say nothing about the scatter
 
@@ -99,7 +100,7 @@ def block_spectra(covariances, rows):
     """
     width = covariances.values.shape[1]
     blocks = covariances.blocks.reshape(len(covariances.blocks), -1, width, width)
-    spectra = np.fft.fft(blocks[:, 1:2 * rows], 2 * rows, axis=1)
+    spectra = fft(blocks[:, 1:2 * rows], 2 * rows, axis=1)
     return np.ascontiguousarray(spectra.conj().transpose(1, 2, 3, 0))
 
 
@@ -121,8 +122,8 @@ def changes(a, b, spectra):
     """
     size, width, _, number = spectra.shape
     # block row p and block column q meet lag i + p - q: a convolution once q counts backwards
-    ahead = np.fft.fft(a, size, axis=2)
-    back = np.fft.fft(b[:, ::-1], size, axis=1).transpose(1, 0, 2)          # (2 i, p, l)
+    ahead = fft(a, size, axis=2)
+    back = fft(b[:, ::-1], size, axis=1).transpose(1, 0, 2)          # (2 i, p, l)
     right = spectra.transpose(0, 2, 1, 3).reshape(size, width, -1)
     met = (back @ right).reshape(size, len(b), width, number).transpose(1, 0, 2, 3)
     return ahead.reshape(*a.shape[:2], -1) @ met.reshape(len(b), -1, number) / size

@@ -21,7 +21,7 @@ def test_same_filter_as_the_bands(values):
     monitor.push(values)
     thinned = Thinner(5, 4)
     hops = [thinned.push(values[k:k + 1000] - monitor.offset) for k in range(0, 12000, 1000)]
-    np.testing.assert_array_equal(np.concatenate(monitor.kept[0]), np.concatenate(hops))
+    np.testing.assert_array_equal(monitor.kept[0].rows, np.concatenate(hops))
     assert monitor.bands[0].rate_hz == 20.0
 
 

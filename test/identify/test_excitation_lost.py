@@ -3,6 +3,7 @@ import numpy as np
 from simple_structure import accelerations, PAIR_SHAPES
 from ssi_ros.identify import Identification, identify, Monitor
 from ssi_ros.identify.excitation import part_powers, unevenness
+from ssi_ros.identify.window import Window
 from ssi_ros.records import Samples
 
 NAMES = tuple('abcd')
@@ -39,15 +40,24 @@ def test_a_mode_that_changes_is_not_blamed_on_the_excitation():
         assert 'stopped' not in w.reason
 
 
+def powers(pieces):
+    """Return the powers of the parts of a window of pieces of two channels."""
+    window = Window(len(pieces), 2)
+    for rows in [np.ones((7, 2)), *pieces]:         # the first one is forgotten again
+        window.push(rows)
+    np.testing.assert_array_equal(window.rows, np.concatenate(pieces))
+    return part_powers(window.powers, 2)
+
+
 def test_an_uneven_window_is_told():
     """A burst in one quarter makes the window uneven; white noise does not."""
     rng = np.random.default_rng(3)
     rows = [rng.standard_normal((100, 2)) for _ in range(40)]
-    assert unevenness(part_powers(rows)) == ''
+    assert unevenness(powers(rows)) == ''
     rows[5:8] = [30.0 * r for r in rows[5:8]]
-    assert 'not stationary' in unevenness(part_powers(rows))
+    assert 'not stationary' in unevenness(powers(rows))
     # a part without samples says nothing
-    assert np.isnan(part_powers([np.full((5, 2), np.nan)] * 4)).all()
+    assert np.isnan(powers([np.full((5, 2), np.nan)] * 4)).all()
 
 
 def test_asking_does_not_remember():
