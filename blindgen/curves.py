@@ -1,5 +1,5 @@
 # Licensed under the Apache License, Version 2.0.
-"""Psychometric curves: detection, strict and class top-1 against d', pooled and by effect."""
+"""Psychometric curves, pooled and by effect, and what a told probability is worth."""
 from blindgen.wilson import wilson
 import numpy as np
 
@@ -55,5 +55,25 @@ def draw(told, path):
         if k == 0:
             axes.set(xlabel="predicted d'; leftmost: no effect", ylabel='share of cases, 95 %')
             axes.legend()
+    figure.savefig(path, dpi=80)
+    pyplot.close(figure)
+
+
+def draw_confidence(scores, path):
+    """Draw how often a probability that is told comes true, and the risk against coverage."""
+    import matplotlib
+    matplotlib.use('Agg')
+    from matplotlib import pyplot
+    figure, (left, right) = pyplot.subplots(1, 2, figsize=(9, 4), layout='constrained')
+    bins = scores['reliability']
+    left.plot([0, 1], [0, 1], color='0.7')
+    left.scatter([b['mean'] for b in bins], [b['right'] for b in bins],
+                 s=[10 + 2 * b['total'] for b in bins])
+    left.set(xlabel='probability told', ylabel='share right', xlim=(0, 1.02), ylim=(0, 1.02),
+             title='reliability; an area counts cases')
+    right.plot([float(k) / 100 for k in scores['risk_coverage']],
+               list(scores['risk_coverage'].values()), marker='o')
+    right.set(xlabel='share answered, most confident first', ylabel='share wrong', xlim=(0, 1.02),
+              ylim=(0, None), title='risk against coverage')
     figure.savefig(path, dpi=80)
     pyplot.close(figure)

@@ -5,7 +5,8 @@ from pathlib import Path
 from blindgen.bag import read_bag
 from blindgen.baselines import baselines
 from blindgen.campaign import answers_of, labels_of
-from blindgen.curves import draw
+from blindgen.curves import draw, draw_confidence
+from blindgen.report import report
 from blindgen.score import score
 from blindgen.seal import read_json, write_json
 from blindgen.spread import spread
@@ -17,7 +18,7 @@ BESIDE = ('false_alarms', 'top1_strict', 'top1_class', 'top3', 'macro_recall', '
 
 def results(folder, client=None, rounds=0, cache='.'):
     """
-    Write scores.json and curves.png; return the scores.
+    Write scores.json, curves.png, confidence.png and report.md; return the scores.
 
     Parameters
     ----------
@@ -39,6 +40,7 @@ def results(folder, client=None, rounds=0, cache='.'):
             if (path := folder / 'runs' / f'{name}.json').exists()}
     jobs = [(folder, name, labels[name], duration_s) for name in sorted(labels)
             if labels[name]['kind'] == 'single' and answers[name].closed is not None]
+    (folder / 'closed').mkdir(exist_ok=True)
     truths = dict(spread(client, _closed, jobs, 'closed by the truth'))
     write_json(folder / 'closed.json', truths)
     scores = score(labels, answers, told['classes'], runs, truths, duration_s)
@@ -50,6 +52,8 @@ def results(folder, client=None, rounds=0, cache='.'):
                                         cache).items()}
     write_json(folder / 'scores.json', scores)
     draw(scores['curves'], folder / 'curves.png')
+    draw_confidence(scores, folder / 'confidence.png')
+    (folder / 'report.md').write_text('\n'.join(report(folder)) + '\n')
     return scores
 
 
@@ -69,4 +73,9 @@ def lines(scores):
 
 
 def _closed(folder, name, label, duration_s):
-    return name, closed_by_truth(*read_bag(Path(folder) / 'bags' / name), label, duration_s)
+    """Return the name and what its true effect closes, kept so that a killed score goes on."""
+    path = Path(folder) / 'closed' / f'{name}.json'
+    if not path.exists():
+        write_json(path, closed_by_truth(*read_bag(Path(folder) / 'bags' / name), label,
+                                         duration_s))
+    return name, read_json(path)

@@ -5,14 +5,15 @@ Score answers against revealed labels.
 Shares have Wilson's 95 % interval; means over effects and the calibration error have a bootstrap
 over cases. `strict` is the same effect; `class` also counts an effect in one declared class with
 the true one. The answer's own `class` is not used: a tool that calls everything tied gains
-nothing.
+nothing. An effect too weak to see that is called within the floor, and surely so, counts as wrong
+and confident; beside it stands the same for the answers that see a gap (`alarm`).
 """
 from blindgen.curves import curves
 from blindgen.places import places
 from blindgen.wilson import wilson
 import numpy as np
 
-CLEAR = 4.0                  # d' from which a case counts as detectable
+CLEAR = 3.4                  # d' from which a case counts: 4, less the 15 % of sizes that are found
 CONFIDENT = 0.9
 BOOTSTRAPS = 1000
 
@@ -69,14 +70,20 @@ def score(labels, answers, classes=(), runs=None, truths=None, duration_s=600.0)
         'outside_false_flags': _share(inside, lambda r: r['outcome'] == 'UNEXPLAINED'),
         'pairs_both_named': _share(pairs, lambda r: r['right']),
         'calibration_error': _boot([r for r in said if r['probability'] > 0], _calibration),
+        'calibration_alarms': _boot([r for r in said if r['alarm'] and r['probability'] > 0],
+                                    _calibration),
         'coverage90': wilson(sum(covered), len(covered)),
         'wrong_and_confident': _share(rows, lambda r: not r['right']
                                       and r['probability'] > CONFIDENT),
+        'alarm_wrong_and_confident': _share([r for r in rows if r['alarm']],
+                                            lambda r: not r['right']
+                                            and r['probability'] > CONFIDENT),
         **{f'{kind}_right': _place(placed, kind)
            for kind in ('site', 'sensor', 'side', 'mode', 'band', 'time')},
         'closed_error': _closed(rows, answers, truths or {}),
         'parameter_error': _errors(rows),
         'risk_coverage': _risk(rows),
+        'reliability': _reliability([r for r in said if r['probability'] > 0]),
         'curves': curves(rows),
         'confusion': _confusion(clear),
         'baseline_most_frequent': _most_frequent(rows),
@@ -116,6 +123,7 @@ def _row(name, label, a, same, duration_s):
                     covered.append(bool(low <= at <= high))
     return {'name': name, 'kind': kind, 'true': sorted(true), 'd': d,
             'target': first.get('target', 0.0), 'outcome': a.outcome, 'told': sorted(a.effects),
+            'names': [e['name'] for e in label['effects']],
             'parameters': [e['parameters'] for e in label['effects']],
             'probability': a.probability, 'strict': strict, 'right': right,
             'alarm': a.outcome in ('EXPLAINED', 'TIED', 'UNEXPLAINED'),
@@ -181,12 +189,19 @@ def _macro(rows):
                           for name in names]))
 
 
-def _calibration(rows):
-    """Return the mean |confidence - accuracy| over ten bins of equal width."""
+def _reliability(rows):
+    """Return probability told and share right in each tenth of probability that has cases."""
     p = np.array([r['probability'] for r in rows])
     right = np.array([r['right'] for r in rows], dtype=float)
     which = np.minimum((p * 10).astype(int), 9)
-    return float(sum(abs(np.sum(p[which == b] - right[which == b])) for b in range(10)) / len(p))
+    return [{'low': b / 10, 'mean': float(np.mean(p[which == b])),
+             'right': float(np.mean(right[which == b])), 'total': int(np.sum(which == b))}
+            for b in range(10) if np.any(which == b)]
+
+
+def _calibration(rows):
+    """Return the mean |confidence - accuracy| over ten bins of equal width."""
+    return sum(abs(b['mean'] - b['right']) * b['total'] for b in _reliability(rows)) / len(rows)
 
 
 def _boot(rows, statistic):

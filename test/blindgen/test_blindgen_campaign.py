@@ -13,8 +13,9 @@ from blindgen.campaign import answers_of, classes_in, labels_of, run
 from blindgen.effects import EFFECTS
 from blindgen.make import make
 from blindgen.plan import kinds_of
+from blindgen.report import report
 from blindgen.score import score
-from blindgen.seal import bag_name, merkle_root, read_json, seed_of, sha
+from blindgen.seal import bag_name, merkle_root, read_json, seed_of, sha, write_json
 from blindgen.spread import spread
 from blindgen.tool import answer
 from blindgen.wilson import wilson
@@ -354,3 +355,25 @@ def test_a_case_that_fails_stops_no_other():
         for k in spread(None, fails_at, [(k,) for k in range(6)], 'test'):
             done.append(k)
     assert done == [0, 2, 4, 5]
+
+
+def test_the_report_lists_each_failure_once(rng, tmp_path):
+    """Clear failures one a line, with their truth; missed weak effects together, by effect."""
+    labels, answers = synthetic(rng, 60)
+    singles = [name for name, label in labels.items() if label['kind'] == 'single']
+    for name in singles[:5]:
+        labels[name]['effects'][0]['detectability'] = 2.0
+        answers[name] = Answer('WITHIN_FLOOR')
+    for name in singles[5:8]:
+        answers[name] = Answer('UNEXPLAINED', probability=0.7)
+    write_json(tmp_path / 'scores.json', score(labels, answers))
+    write_json(tmp_path / 'commitment.json',
+               {'duration_s': 4.0, 'commit': '0' * 40, 'merkle_root': '0' * 64})
+    lines = report(tmp_path)
+    assert sum(line.endswith('| 8.0 | UNEXPLAINED | 0.70 |') for line in lines) == 3
+    assert '8 answers are wrong. 5 of them' in '\n'.join(lines)
+    weak = [line for line in lines if '2.0' in line.split('|')[-2:][0]]
+    assert sum(line.count('2.0') for line in weak) == 5
+    # 28 of 31 are right, 0.90, of an interval from 0.75 that holds the target, 0.85
+    met = next(line for line in lines if line.startswith('| named strictly'))
+    assert met.endswith(f'| {len(singles) - 5} | yes, open |')
