@@ -13,6 +13,8 @@ import sys
 
 from ssi_ros import __version__, cli
 
+ROS = ('rclpy', '_msgs', '_srvs', '_interfaces')       # ends of names of its packages
+
 
 def verbs():
     """Return the verb modules by name, in alphabetical order."""
@@ -49,7 +51,16 @@ def main(argv=None):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except (ValueError, OSError) as error:
-        print(f'ssi_ros {args.verb}: {error}', file=sys.stderr)
+        words = error
+        if getattr(error, 'filename', None) and error.strerror:
+            words = f'{error.filename}: {error.strerror}'
+        print(f'ssi_ros {args.verb}: {words}', file=sys.stderr)
+        return 2
+    except ModuleNotFoundError as error:
+        if not (error.name or '').split('.')[0].endswith(ROS):
+            raise
+        print(f'ssi_ros {args.verb}: needs ROS 2, and {error.name} is not there; source '
+              '/opt/ros/jazzy/setup.bash, or use the .venv that make sets up', file=sys.stderr)
         return 2
     except KeyboardInterrupt:
         print(f'ssi_ros {args.verb}: stopped', file=sys.stderr)

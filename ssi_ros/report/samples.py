@@ -23,9 +23,12 @@ def samples_of(recording, rate_hz=0.0):
     Raises
     ------
     ValueError
-        Without samples, or if the clock jumps in the record.
+        Without samples, if they come at another rate than the one given, or if the clock jumps
+        in the record.
 
     """
+    if rate_hz:
+        _check_rate(recording, rate_hz)
     grid = Grid(recording.names, rate_hz)
     for i, (stamps, values) in enumerate(zip(recording.stamps_ns, recording.values)):
         grid.push(i, stamps, values)
@@ -36,3 +39,15 @@ def samples_of(recording, rate_hz=0.0):
         raise ValueError('the clock of the bag jumps; cut the bag there and give one part')
     return Samples(np.concatenate([r.values for r in rows]), rows[0].rate_hz, recording.names,
                    rows[0].origin_ns)
+
+
+def _check_rate(recording, rate_hz):
+    for name, stamps in zip(recording.names, recording.stamps_ns):
+        steps = np.diff(stamps) * 1e-9
+        if len(steps) < 2 or np.median(steps) <= 0.0:
+            continue
+        # however many samples are lost, some steps are single ones; too slow: none is
+        if np.quantile(steps, 0.01) > 1.5 / rate_hz or np.mean(steps) < 0.67 / rate_hz:
+            raise ValueError(
+                f'{name} comes at {1.0 / np.median(steps):.4g} Hz, not at the {rate_hz:g} Hz asked '
+                'for; set rate_hz to its rate, in the spacecraft YAML if there is a model')

@@ -44,3 +44,21 @@ def test_a_reader_that_has_gone_is_no_error():
                           stderr=subprocess.PIPE, text=True, timeout=60)
     os.close(write)
     assert done.returncode == 0 and not done.stderr
+
+
+@pytest.mark.parametrize('verb', [['demo'], ['monitor', '--plain'], ['play', 'bag']])
+def test_without_ros_it_says_so(verb, monkeypatch, capsys):
+    """A machine without ROS 2 gets a line that says where to find it, no traceback."""
+    for name in [n for n in sys.modules if n.startswith('ssi_ros.ros')]:
+        monkeypatch.delitem(sys.modules, name)
+    for name in ('rclpy', 'diagnostic_msgs', 'builtin_interfaces'):
+        monkeypatch.setitem(sys.modules, name, None)
+    assert main(verb) == 2
+    error = capsys.readouterr().err
+    assert 'needs ROS 2' in error and error.count('\n') == 1
+
+
+def test_a_file_that_is_not_there_is_told(capsys):
+    """The name of the file and what is wrong with it, without a number of the system."""
+    assert main(['model', '--config', 'no_such.yaml']) == 2
+    assert capsys.readouterr().err == 'ssi_ros model: no_such.yaml: No such file or directory\n'
