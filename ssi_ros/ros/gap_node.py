@@ -55,7 +55,7 @@ class GapNode(StageNode):
 
     def __init__(self, **kwargs):
         super().__init__('gap', **kwargs)
-        self._publishers_made, self._services = [], []
+        self._publishers_made, self._services_made = [], []   # rclpy has `_services`
         self._intake = self._worker = self._look = self._last = None
         self._preparation, self._background = Background(), Background(niceness=5)
         self._waiting = []
@@ -77,7 +77,7 @@ class GapNode(StageNode):
         # the answer is sent when the diagnosis is there; until then nothing waits in a callback
         self._reply = diagnose.send_response
         diagnose.send_response = self._diagnose
-        self._services = [diagnose, self.create_service(Trigger, '~/reset_alarm', self._reset)]
+        self._services_made = [diagnose, self.create_service(Trigger, '~/reset_alarm', self._reset)]
         self._names, self._task = names, task
         # in this process it would hold up the samples: Python runs one thread at a time
         self._preparation.start(prepare, self._spacecraft, settings, present=self._present,
@@ -116,9 +116,9 @@ class GapNode(StageNode):
             self._worker.stop()
         for publisher in self._publishers_made:
             self.destroy_lifecycle_publisher(publisher)
-        for service in self._services:
+        for service in self._services_made:
             self.destroy_service(service)
-        self._publishers_made, self._services = [], []
+        self._publishers_made, self._services_made = [], []
         self._intake = self._worker = self._look = None
 
     def settings_changed(self, source, task, settings):

@@ -124,8 +124,8 @@ def data_floor(one, two, trust=1.0, seed=0):
     weights = np.concatenate([one.weights, two.weights])
     shape = groups.shape[1:]
     flat = groups.reshape(len(groups), -1)
-    n = (one.freedom_each + two.freedom_each) / 2
-    target = 1.0 / one.freedom + 1.0 / two.freedom
+    n = one.cut.freedom(1.0) / (one.own * two.own)
+    target = 1.0 / one.worth + 1.0 / two.worth
     draws = []
     for _ in range(SPLITS):
         sides = mixed_halves(len(one), len(two), rng) * weights
@@ -154,11 +154,11 @@ def measure(one, two, prediction=None, trust=1.0):
     Distance
 
     """
-    mean, seen, n, m = one.mean, two.mean, one.freedom, two.freedom
+    mean, seen, n, m = one.mean, two.mean, one.worth, two.worth
     if prediction is not None:
         mean, n = prediction.mean, prediction.freedom(n)
     # in units of what is parted by reference and record themselves
-    scale = (1 / one.freedom + 1 / two.freedom) / (1 / n + 1 / m)
+    scale = (1 / one.worth + 1 / two.worth) / (1 / n + 1 / m)
     bands = scale * trust * divergence(mean, seen, n, m)
     floor, std = (scale * v for v in theory_floor(n, m, mean.shape[-1]))
     return Distance(float(bands.mean()), float(floor.mean()),

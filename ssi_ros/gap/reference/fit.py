@@ -1,4 +1,4 @@
-"""Fit forms of effects to two recordings, and try them on groups left out, eq. (151) to (153)."""
+"""Fit forms of effects to two recordings by scores around both, eq. (150) to (152)."""
 from dataclasses import dataclass
 
 import numpy as np
@@ -231,7 +231,7 @@ def _solved(information, score):
 
 
 def _ratio(prediction, problem, trust):
-    """Return the likelihood ratio of one common spectrum against two, eq. (151)."""
+    """Return the likelihood ratio of one common spectrum against two, eq. (141) with (150)."""
     seen, n_one, n_two = problem
     if not prediction.possible:
         return -np.inf

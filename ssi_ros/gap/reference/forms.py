@@ -1,5 +1,5 @@
 """
-Modal forms of effects: what each does to the spectrum of a reference, eq. (145) to (150).
+Modal forms of effects: what each does to the spectrum of a reference, eq. (145) to (149).
 
 Without geometry an effect is a filter of the channels and a spectrum added to them,
 

@@ -96,13 +96,13 @@ class Spectra:
 
     @property
     def freedom(self):
-        """Independent spectra that the mean is as good as, shape (b,)."""
-        return self.weights.sum() * self.freedom_each
+        """Independent spectra behind the mean, shape (b,)."""
+        return np.full(self.cut.bands, self.cut.freedom(self.weights.sum()))
 
     @property
-    def freedom_each(self):
-        """Return the same of one segment, shape (b,)."""
-        return self.cut.freedom(1.0) / np.broadcast_to(self.own, self.cut.bands) ** 2
+    def worth(self):
+        """Independent spectra that the mean is as good as, what was added to it smooth, (b,)."""
+        return self.freedom / self.own ** 2
 
     @property
     def mean(self):

@@ -91,12 +91,12 @@ def screen(nominal, base, one, two, forms, seed=0):
     split = len(one)
     difference = (_mean(scores[:, split:], weights[split:])
                   - _mean(scores[:, :split], weights[:split]))
-    power = np.square(templates).reshape(len(templates), one.cut.bands, -1).sum(axis=2)
-    theory = np.sqrt(power @ (1 / n_one + 1 / n_two))
+    theory = np.sqrt(1 / n_one[0] + 1 / n_two[0])
     seen = np.sqrt(_variance(scores[:, :split], weights[:split])
                    + _variance(scores[:, split:], weights[split:]))
     spread = np.maximum(seen, theory)
     # the scatter of a template of few bands is known from few groups only: Student's tail
+    power = np.square(templates).reshape(len(templates), one.cut.bands, -1).sum(axis=2)
     freedom = (len(weights) - 2) / np.maximum(np.square(power).sum(axis=1), 1e-12)
 
     def standard(difference):
@@ -110,10 +110,10 @@ def screen(nominal, base, one, two, forms, seed=0):
         sides = mixed_halves(split, len(two), rng) * weights
         sides /= sides.sum(axis=1, keepdims=True)
         largest[i] = standard(scores @ (sides[1] - sides[0])).max()
-    gains = np.array([_gain(templates[owner == k], (difference / theory)[owner == k])
+    gains = np.array([_gain(templates[owner == k], difference[owner == k] / theory)
                       for k in range(len(forms))])
     own = scores[:, split:] - _mean(scores[:, :split], weights[:split])[:, None]
-    tracks = own * np.sqrt(weights[split:]) / np.sqrt(power @ (1 / two.freedom_each))[:, None]
+    tracks = own * np.sqrt(weights[split:] * two.cut.freedom(1.0))
     return Screen(tuple(forms), owner, z, gains, _tail(np.abs(z).max(), largest), tracks)
 
 
