@@ -49,5 +49,5 @@ def _check_rate(recording, rate_hz):
         # however many samples are lost, some steps are single ones; too slow: none is
         if np.quantile(steps, 0.01) > 1.5 / rate_hz or np.mean(steps) < 0.67 / rate_hz:
             raise ValueError(
-                f'{name} comes at {1.0 / np.median(steps):.4g} Hz, not at the {rate_hz:g} Hz asked '
-                'for; set rate_hz to its rate, in the spacecraft YAML if there is a model')
+                f'{name} comes at {1.0 / np.median(steps):.4g} Hz, not at the {rate_hz:g} Hz '
+                'asked for; set rate_hz to its rate, in the spacecraft YAML if there is a model')
