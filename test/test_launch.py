@@ -72,3 +72,14 @@ def test_lock_names_no_address():
     names = re.findall(r"'([\w-]+)'", re.search(r'install_requires=\[(.*?)\]', SETUP, re.S)[1])
     for name in names:
         assert re.search(rf'^{name}==', lock, re.MULTILINE), name
+
+
+@pytest.mark.parametrize('page', ['README.md', 'docs/how-to/robot.md'])
+def test_a_robot_gets_every_library(page):
+    """What rosdep does not install of the requirements, the page's pip line does."""
+    names = re.findall(r"'([\w-]+)'", re.search(r'install_requires=\[(.*?)\]', SETUP, re.S)[1])
+    by_pip = re.search(r'^pip install (.*)$', (ROOT / page).read_text(), re.M)[1].split()
+    package = (ROOT / 'package.xml').read_text()
+    for name in names:
+        key = 'yaml' if name == 'pyyaml' else name
+        assert name in by_pip or f'<exec_depend>python3-{key}<' in package, name

@@ -51,7 +51,9 @@ def run(command, capfd):
     name = Path(words[0]).name
     if name == 'make':
         assert f'\n{words[1]}:' in (ROOT / 'Makefile').read_text(), command
-        return None
+        if words[1] != 'demo' or not os.environ.get('SLOW'):
+            return None
+        words = [sys.executable, '-m', 'ssi_ros', 'demo']
     if name in ELSEWHERE:
         return None
     if name == 'ssi_ros':

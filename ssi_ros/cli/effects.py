@@ -27,7 +27,7 @@ def run(args):
         for name, null, span, unit, doc in parameters(cls):
             print(f'    {name:<20}{doc}; null {null}{span}{unit}')
         print(f'    source: {cls.reference}')
-    print(f'{len(chosen)} effects')
+    print(f'{len(chosen)} effect' + 's' * (len(chosen) != 1))
     return 0
 
 
