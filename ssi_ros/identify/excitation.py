@@ -38,6 +38,27 @@ def part_powers(pieces, channels):
     return out
 
 
+def effective_share(pieces):
+    """
+    Return the share of a window that its motion fills, 1 where the power is even.
+
+    The canonical correlations of noise depend on how many samples there are; what stands still,
+    or nearly so, adds none: (sum of p)^2 over m times the sum of p^2.
+
+    Parameters
+    ----------
+    pieces : ndarray, shape (m, 2)
+        See `part_powers`.
+
+    Returns
+    -------
+    float
+
+    """
+    power = pieces[:, 0] / max(float(pieces[:, 0].max()), 1e-300)
+    return float(power.sum() ** 2 / max(len(power) * (power ** 2).sum(), 1e-300))
+
+
 def band_of(frequency_hz, bands):
     """Return the number of the lowest band that answers for a frequency."""
     return max((k for k, b in enumerate(bands) if frequency_hz <= b.high_hz), default=0)

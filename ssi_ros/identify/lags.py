@@ -11,6 +11,9 @@ import numpy as np
 from scipy.fft import irfft, rfft
 
 BLOCKS = 20             # data blocks of a window, from whose scatter the spreads come
+PRESENT_MIN = 0.5       # share of its samples that a channel must have in a block to be there
+STILL = 1e-12           # variance over mean square of a block in which a channel stands still
+FAINT = 1e-140          # no signal [units of the channel]: squares of it would vanish
 
 
 def lag_products(past, rows, lags):
@@ -149,13 +152,53 @@ class Ring:
         """Tell whether every hop holds data."""
         return self.pushed >= self.hops
 
-    def covariances(self, hop_s):
+    def absent(self):
+        """
+        Tell where channels bring nothing: most of their samples are missing, or they stand still.
+
+        Returns
+        -------
+        absent : ndarray of bool, shape (m, l)
+            Of every block of hops.
+        block_of : ndarray of int, shape (filled,)
+            To which block a hop belongs.
+
+        """
+        filled = self.filled
+        block_of = np.arange(filled) * min(BLOCKS, filled) // max(1, filled)
+        first = np.searchsorted(block_of, np.arange(block_of[-1] + 1)) if filled else []
+        number, total, squares = (np.add.reduceat(x[:filled], first, axis=0) for x in (
+            self.present, self.sums,
+            np.diagonal(self.tree[self.hops:, 0], axis1=1, axis2=2)))
+        still = squares - total ** 2 / np.maximum(number, 1) <= STILL * squares
+        # a block of one or two rows has no variance to speak of
+        still &= number > 3
+        expected = np.bincount(block_of)[:, None] * self.present.max()
+        return still | (number < PRESENT_MIN * expected), block_of
+
+    def covariances(self, hop_s, keep=None):
         """
         Return the covariances of what the ring holds, eq. (43), and their data blocks.
 
         The mean of the window is removed; the channels are scaled to unit variance so that
         neither units nor gains matter. A channel without variance keeps the scale 0.
+
+        Parameters
+        ----------
+        hop_s : float
+            Length of a hop [s].
+        keep : ndarray of bool, shape (filled,), optional
+            The hops that count; all of them if it is not given.
+
         """
+        if keep is not None and not keep.all():
+            own = np.flatnonzero(keep)
+            groups = np.array_split(own, min(BLOCKS, len(own)))
+            blocks = np.array([self.tree[self.hops + g].sum(axis=0) for g in groups])
+            pairs = sum(np.broadcast_to(self.pairs[k], self.total.shape) for k in own)
+            mean = self.sums[own].sum(axis=0) / np.maximum(self.present[own].sum(axis=0), 1)
+            return _scaled(blocks.sum(axis=0), np.maximum(pairs, 1), mean, blocks,
+                           len(own) / len(groups) * hop_s)
         counts = np.maximum(self.total, 1)
         samples = np.maximum(self.present.sum(axis=0), 1)
         size, blocks = self.size, self.blocks
@@ -230,6 +273,7 @@ def _scaled(products, counts, mean, blocks, block_s):
     """Divide by counts and scales, remove the mean."""
     values = products / counts - np.outer(mean, mean)
     scale = np.sqrt(np.maximum(np.diagonal(values[0]), 0.0))
+    scale = np.where(scale > FAINT, scale, 0.0)
     unit = np.where(scale > 0.0, scale, 1.0)
     weight = 1.0 / np.outer(unit, unit)
     blocks = (blocks * (weight / counts)).reshape(len(blocks), values.size)

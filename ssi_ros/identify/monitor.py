@@ -9,7 +9,9 @@ import math
 import numpy as np
 
 from ssi_ros.identify.bands import plan_bands, Thinner
-from ssi_ros.identify.excitation import part_powers, remember, unevenness, why_lost
+from ssi_ros.identify.excitation import (effective_share, part_powers, remember, unevenness,
+                                         why_lost)
+from ssi_ros.identify.families import judge_families
 from ssi_ros.identify.harmonics import label, look
 from ssi_ros.identify.lags import BLOCKS, Ring
 from ssi_ros.identify.methods import Method, realise
@@ -18,13 +20,13 @@ from ssi_ros.identify.settings import Identification
 from ssi_ros.identify.shapes import mac
 from ssi_ros.identify.traced import TracedWindow
 from ssi_ros.identify.track import told, track, Tracks
+from ssi_ros.identify.usable import usable
 from ssi_ros.identify.window import Window
 from ssi_ros.records import Mode, Pole, WindowModes
 from threadpoolctl import ThreadpoolController
 
 BLAS = ThreadpoolController()     # more threads only slow these small matrices down
 CHANNELS_MAX = 64
-PRESENT_MIN = 0.5       # share of its samples that a channel must have
 WILD = 1e100            # no acceleration: its square would overflow
 SIZE = 120              # side l i of the covariance matrix that automatic block rows aim at
 
@@ -177,14 +179,22 @@ class Monitor:
         if not self.rings[0].full:
             reason = (f'the window holds {held_s:g} s of {self.settings.window_s:g} s')
         first = self.rings[0].covariances(piece_s)
-        live, why = self._live_channels(first)
-        reason = '; '.join(filter(None, (reason, why)))
+        live, hops, why = usable(self.rings[0], first, self.offset[:len(self.channels)],
+                                 self.channels, self._row(filled) / self.settings.decimation)
+        wild = (f'{self.wild} samples beyond {WILD:g} were treated as missing' if self.wild
+                else '')
+        reason = '; '.join(filter(None, (reason, why, wild)))
+        powers = [part_powers(kept.powers, len(self.channels)) for kept in self.kept]
+        uneven = unevenness(powers[0]) if live.any() else ''
+        held = effective_share(self.kept[0].powers) if uneven else 1.0
         candidates, rejected, traces = [], [], []
         for number, (band, ring) in enumerate(zip(self.bands, self.rings)):
             if not live.any():
                 break
             try:
-                covariances = (ring.covariances(piece_s) if number else first).of(live)
+                whole = number == 0 and hops is None
+                covariances = (first if whole else ring.covariances(piece_s, hops)).of(live)
+                covariances = replace(covariances, counts=held * covariances.counts)
                 kept, driven = self.kept[number].rows, self.driven[number].rows
                 realised = realise(
                     self.method, covariances, kept if live.all() else kept[:, live], driven,
@@ -203,10 +213,8 @@ class Monitor:
         rejected += double
         modes = self._labelled(kept, held_s)
         tracks, modes, births, deaths = track(self.tracks, modes)
-        powers = [part_powers(kept.powers, len(self.channels)) for kept in self.kept]
         missing = [t.mode for t in tracks.alive if t.missed]
         lost = why_lost(self.heard, missing, powers, self.bands)
-        uneven = unevenness(powers[0]) if live.any() else ''
         reason = '; '.join(filter(None, (reason, told(tracks), lost, uneven)))
         if keep:
             self.tracks = tracks
@@ -216,41 +224,21 @@ class Monitor:
         return TracedWindow(start_ns, end_ns, modes, reason, tuple(rejected), births, deaths,
                             tuple(traces), tracks.splits, tracks.merges)
 
-    def _live_channels(self, covariances):
-        """Return which channels can be identified, and what is wrong with the others."""
-        ring, offset = self.rings[0], self.offset
-        rows = self._row(ring.filled) / self.settings.decimation
-        share = np.minimum(ring.present.sum(axis=0) / max(1.0, rows), 1.0)
-        sparse = share < PRESENT_MIN
-        flat = ~sparse & (covariances.scale <= 1e-9 * np.abs(offset[:len(share)]))
-        live = ~(sparse | flat)
-        words = [f'channel {self.channels[k]} misses {100 * (1 - share[k]):.0f} % of its samples'
-                 for k in np.flatnonzero(sparse)]
-        words += [f'channel {self.channels[k]} is constant' for k in np.flatnonzero(flat)]
-        for k in np.flatnonzero(live):
-            for j in np.flatnonzero(live[:k]):
-                if abs(covariances.values[0, j, k]) > 1.0 - 1e-9:
-                    live[k] = False
-                    words.append(f'channels {self.channels[j]} and {self.channels[k]} are '
-                                 'identical')
-                    break
-        if self.wild:
-            words.append(f'{self.wild} samples beyond {WILD:g} were treated as missing')
-        return live, '; '.join(words)
-
     def _labelled(self, candidates, held_s):
         """Turn candidates into modes, each judged as a mode or a line."""
-        modes = []
+        judged = []
         for number, (band, kept) in enumerate(zip(self.bands, self.kept)):
             own = [c for c in candidates if c.band == number]
             if not own:
                 continue
             peaks = look(kept.rows, band.rate_hz, [c.frequency_hz for c in own])
             for c, *seen in zip(own, peaks.sharpness, peaks.comb, peaks.change):
-                word, note = label(c, seen[0], held_s, *seen[1:], self.method.name == 'era')
-                modes.append(Mode(c.frequency_hz, c.damping_ratio, c.shape, c.frequency_std_hz,
-                                  c.damping_ratio_std, c.shape_std, label=word, note=note))
-        return tuple(modes)
+                judged.append((c, seen[0], *label(c, seen[0], held_s, *seen[1:],
+                                                  self.method.name == 'era')))
+        words = judge_families(judged, held_s, 0.5 * self.rate_hz)
+        return tuple(Mode(c.frequency_hz, c.damping_ratio, c.shape, c.frequency_std_hz,
+                          c.damping_ratio_std, c.shape_std, label=word, note=note)
+                     for (c, *_), (word, note) in zip(judged, words))
 
 
 def spread_shape(candidate, live):

@@ -53,6 +53,13 @@ NOTHING = {
                     'identical'),
     'infinite': (lambda v: v / 0.0, 'misses'),
     'beyond all numbers': (lambda v: v * 1e306, 'misses'),
+    'in units of 1e-160': (lambda v: v * 1e-160, 'constant'),
+    'zeros but for twelve seconds': (lambda v: np.where(np.arange(ROWS)[:, None] < 4800, 0.0, v),
+                                     'stands still in 75 %'),
+    'zeros but for two seconds': (lambda v: np.where(np.arange(ROWS)[:, None] < 5800, 0.0, v),
+                                  'stands still in 95 %'),
+    'every second sample missing': (
+        lambda v: np.where(np.arange(ROWS)[:, None] % 2, v, np.nan), 'some lags have no pairs'),
     'white noise': (lambda v: np.random.default_rng(1).standard_normal(v.shape), 'noise'),
     'a random walk': (lambda v: np.random.default_rng(1).standard_normal(v.shape).cumsum(axis=0),
                       'noise'),
@@ -104,6 +111,14 @@ SPOILT = {        # what is done: (record, words of the reason, pairs that are s
     **{f'in units of 1e{k}': (lambda v, k=k: v * 10.0 ** k, '', 2) for k in (-9, -6, 3, 6)},
     'units that differ by 1e15': (lambda v: v * [1e-9, 1.0, 1e6, 1e3], '', 2),
     'coarse steps': (lambda v: np.round(v, 1), '', 2),
+    'a channel missing for 25 seconds': (
+        lambda v: _with(v, (slice(2000, 4500), 1, np.nan)), '42 % of the window', 2),
+    'every second sample of a channel missing': (
+        lambda v: _with(v, (slice(0, None, 2), 2, np.nan)), 'channel c misses samples so', 2),
+    'a channel of zeros for most of the time': (
+        lambda v: _with(v, (slice(0, 4800), 1, 0.0)), 'channel b is missing or stands still', 2),
+    'units that differ by 1e160': (lambda v: v * [1e-160, 1.0, 1.0, 1e-100],
+                                   'channel a is constant', 2),
 }
 
 
@@ -177,3 +192,15 @@ def test_numbers_of_channels(count):
     """One to 64 channels are identified together."""
     with pytest.raises(ValueError, match='1 to 64'):
         Monitor(tuple(map(str, range(count))), 100.0, 0, MINUTE)
+
+
+@pytest.mark.parametrize('hz, size', [
+    (3.7, 0.05), (3.7, 1.0), (3.71, 0.3), (1.3, 1.0), (7.77, 0.3)])
+def test_the_harmonics_of_a_square_wave_are_no_modes(minute, hz, size):
+    """A machine that knocks: its harmonics, folded ones too, are never called structural."""
+    t = np.arange(ROWS) / 100.0
+    wave = np.sign(np.sin(2.0 * np.pi * hz * t + 0.3))
+    window = last_window(minute + size * np.outer(wave, [1.0, 0.5, 0.3, 0.8]))
+    assert found(window) == 2
+    others = invented(window)
+    assert others and [m for m in others if m.label == 'structural'] == []
