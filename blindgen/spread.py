@@ -83,10 +83,15 @@ def _outcomes(client, function, jobs):
     if client is None:
         yield from (_tried(function, job) for job in jobs)
         return
-    from distributed import as_completed
+    from concurrent.futures import CancelledError
+
+    from distributed import as_completed, KilledWorker
     for future in as_completed([client.submit(_tried, function, job, pure=False)
                                 for job in jobs]):
-        yield future.result()
+        try:
+            yield future.result()
+        except (KilledWorker, CancelledError) as error:      # it took worker after worker along
+            yield None, f'{type(error).__name__}: {error}'
         future.release()
 
 
