@@ -129,9 +129,11 @@ def fit(simulator, evidence, candidate=Candidate(), levels=None, steps=STEPS, to
         if likely < ENOUGH or step_number == steps:
             break
         diagonal = np.diag(np.diag(information) + 1e-12)
+        # a direction that the record hardly knows must not take the whole of a step
+        least = np.diag(1 / caps ** 2)
         gain = 0.0
         for _ in range(6):
-            step = np.linalg.solve(information + damping * diagonal, score)
+            step = np.linalg.solve(information + damping * diagonal + least, score)
             if not np.all(np.isfinite(step)):
                 return None
             step = step * min(1.0, np.min(caps / np.maximum(np.abs(step), 1e-300)))
