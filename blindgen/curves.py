@@ -4,6 +4,9 @@ from blindgen.wilson import wilson
 import numpy as np
 
 CURVES = {'detected': 'alarm', 'strict': 'strict', 'class': 'right'}
+# dashed and on top where nothing but a class parts the last two
+STYLES = ({'color': 'C0', 'marker': 'o'}, {'color': 'C3', 'marker': 'x', 'ls': '--', 'zorder': 3},
+          {'color': 'C2', 'marker': 'o'})
 
 
 def curves(rows):
@@ -42,13 +45,13 @@ def draw(told, path):
     grid = figure.add_gridspec(rows + 2, 5)
     for k, name in enumerate(['pooled', *names]):
         axes = figure.add_subplot(grid[:2, :] if k == 0 else grid[2 + (k - 1) // 5, (k - 1) % 5])
-        for (curve, shares), colour in zip(told[name].items(), ('C0', 'C3', 'C2')):
+        for (curve, shares), style in zip(told[name].items(), STYLES):
             shares = {max(float(d), 0.2): s for d, s in shares.items() if s['total']}
             d, value = list(shares), np.array([s['value'] for s in shares.values()])
             ends = np.array([[v - s['low95'], s['high95'] - v]
                              for v, s in zip(value, shares.values())]).reshape(-1, 2).T
-            axes.errorbar(d, value, yerr=np.abs(ends) if k == 0 else None, color=colour,
-                          marker='o', ms=4, capsize=3, label=curve)
+            axes.errorbar(d, value, yerr=np.abs(ends) if k == 0 else None, ms=4, capsize=3,
+                          label=curve, **style)
         axes.set(xscale='log', ylim=(-0.05, 1.05), xlim=(0.17, 48))
         axes.set_title(name, fontsize=12 if k == 0 else 8)
         axes.set_xticks([0.5, 2, 8, 32], ['0.5', '2', '8', '32'])
@@ -71,8 +74,8 @@ def draw_confidence(scores, path):
                  s=[10 + 2 * b['total'] for b in bins])
     left.set(xlabel='probability told', ylabel='share right', xlim=(0, 1.02), ylim=(0, 1.02),
              title='reliability; an area counts cases')
-    right.plot([float(k) / 100 for k in scores['risk_coverage']],
-               list(scores['risk_coverage'].values()), marker='o')
+    risk = sorted((int(k), v) for k, v in scores['risk_coverage'].items())
+    right.plot([k / 100 for k, _ in risk], [v for _, v in risk], marker='o')
     right.set(xlabel='share answered, most confident first', ylabel='share wrong', xlim=(0, 1.02),
               ylim=(0, None), title='risk against coverage')
     figure.savefig(path, dpi=80)

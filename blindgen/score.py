@@ -13,7 +13,7 @@ from blindgen.places import places
 from blindgen.wilson import wilson
 import numpy as np
 
-CLEAR = 3.4                  # d' from which a case counts: 4, less the 15 % of a size that is found
+CLEAR = 3.4                  # d' from which a case counts: 4, less the 15 % sizes are found to
 CONFIDENT = 0.9
 BOOTSTRAPS = 1000
 
