@@ -8,8 +8,8 @@ from ssi_ros.identify.harmonics import LINE_DAMPING, SHARP
 
 STRONG = 10.0 * SHARP   # sharpness from which a line is looked at as the first of a family
 NEAR = 6.0              # bins of 1 / T from n times the line in which a pole is its harmonic
-DAMPED = 2.0 * LINE_DAMPING     # a pole of more damping only belongs to it if it is
-HIT = 1.5               # so many bins from it
+DAMPED = 2.0 * LINE_DAMPING     # a pole of more damping that is not seen to be sharper only
+HIT = 1.5               # belongs to it if it is so many bins from it
 MEMBERS = 3             # lines, the first among them, that make a family
 
 
@@ -36,9 +36,11 @@ def judge_families(judged, held_s, nyquist_hz):
     firsts = sorted((c.frequency_hz for c, sharp, _, _ in judged
                      if c.damping_ratio < LINE_DAMPING and sharp > STRONG))
     for first in firsts:
-        orders = [_order(c, first, held_s, nyquist_hz) for c, _, _, _ in judged]
-        higher = [c for (c, _, _, _), n in zip(judged, orders)
-                  if n > 1 and c.damping_ratio < DAMPED]
+        # one pole may stand for a line and those that are folded in beside it, with some damping
+        lines = [c.damping_ratio < DAMPED or label == 'input_line' for c, _, label, _ in judged]
+        orders = [_order(c.frequency_hz, first, held_s, nyquist_hz, NEAR if line else HIT)
+                  for (c, _, _, _), line in zip(judged, lines)]
+        higher = [c for (c, _, _, _), n, line in zip(judged, orders, lines) if n > 1 and line]
         if len(higher) < MEMBERS - 1:
             continue
         for k, (c, _, _, _) in enumerate(judged):
@@ -52,9 +54,8 @@ def judge_families(judged, held_s, nyquist_hz):
     return words
 
 
-def _order(c, first_hz, held_s, nyquist_hz):
-    """Return the n for which a candidate lies at n times a line below Nyquist, 0 if none."""
-    n = round(c.frequency_hz / first_hz)
-    off = abs(c.frequency_hz - n * first_hz) * held_s
-    reach = NEAR if c.damping_ratio < DAMPED else HIT
+def _order(hz, first_hz, held_s, nyquist_hz, reach):
+    """Return the n for which a frequency is n times a line and below Nyquist, 0 if none."""
+    n = round(hz / first_hz)
+    off = abs(hz - n * first_hz) * held_s
     return n if n >= 1 and n * first_hz < nyquist_hz and off < reach else 0

@@ -195,7 +195,7 @@ def test_numbers_of_channels(count):
 
 
 @pytest.mark.parametrize('hz, size', [
-    (3.7, 0.05), (3.7, 1.0), (3.71, 0.3), (1.3, 1.0), (7.77, 0.3)])
+    (3.7, 0.05), (3.7, 1.0), (3.71, 0.3), (1.3, 1.0), (5.03, 1.0), (7.77, 0.3)])
 def test_the_harmonics_of_a_square_wave_are_no_modes(minute, hz, size):
     """A machine that knocks: its harmonics, folded ones too, are never called structural."""
     t = np.arange(ROWS) / 100.0
