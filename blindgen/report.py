@@ -22,6 +22,8 @@ TARGETS = (
     ('closed_error', 'closed against the true effect, median', 0.05, True),
     ('wrong_and_confident', 'wrong with probability > 0.9', 0.02, True),
     ('alarm_wrong_and_confident', 'the same of answers that see a gap', 0.02, True))
+BESIDE = ('false_alarms', 'top1_strict', 'top1_class', 'top3', 'macro_recall', 'outside_flagged',
+          'outside_false_flags', 'pairs_both_named', 'wrong_and_confident')     # of baselines too
 PLACES = ('site', 'sensor', 'side', 'mode', 'band', 'time')
 
 
@@ -93,14 +95,12 @@ def failures(scores):
 
 
 def _beside(scores):
-    keys = [key for key, *_ in TARGETS[:8]]
     rows = {'the tool': scores, **scores.get('baselines', {})}
     if len(rows) == 1:
         return []
-    short = [key.replace('_', ' ') for key in keys]
-    return _table(('', *short), [
+    return _table(('', *(key.replace('_', ' ') for key in BESIDE)), [
         (name.replace('_', ' '), *('' if told[key]['value'] is None else
-                                   f'{told[key]["value"]:.2f}' for key in keys))
+                                   f'{told[key]["value"]:.2f}' for key in BESIDE))
         for name, told in rows.items()])
 
 

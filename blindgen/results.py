@@ -6,14 +6,11 @@ from blindgen.bag import read_bag
 from blindgen.baselines import baselines
 from blindgen.campaign import answers_of, labels_of
 from blindgen.curves import draw, draw_confidence
-from blindgen.report import report
+from blindgen.report import BESIDE, report
 from blindgen.score import score
 from blindgen.seal import read_json, write_json
 from blindgen.spread import spread
 from blindgen.whittle import closed_by_truth
-
-BESIDE = ('false_alarms', 'top1_strict', 'top1_class', 'top3', 'macro_recall', 'outside_flagged',
-          'pairs_both_named', 'wrong_and_confident')
 
 
 def results(folder, client=None, rounds=0, cache='.'):

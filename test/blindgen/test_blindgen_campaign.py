@@ -13,7 +13,7 @@ from blindgen.campaign import answers_of, classes_in, labels_of, run
 from blindgen.effects import EFFECTS
 from blindgen.make import make
 from blindgen.plan import kinds_of
-from blindgen.report import report
+from blindgen.report import BESIDE, report
 from blindgen.score import score
 from blindgen.seal import bag_name, merkle_root, read_json, seed_of, sha, write_json
 from blindgen.spread import spread
@@ -366,12 +366,15 @@ def test_the_report_lists_each_failure_once(rng, tmp_path):
         answers[name] = Answer('WITHIN_FLOOR')
     for name in singles[5:8]:
         answers[name] = Answer('UNEXPLAINED', probability=0.7)
-    write_json(tmp_path / 'scores.json', score(labels, answers))
+    scores = score(labels, answers)
+    scores['baselines'] = {'by_chance': {key: scores[key] for key in BESIDE}}
+    write_json(tmp_path / 'scores.json', scores)
     write_json(tmp_path / 'commitment.json',
                {'duration_s': 4.0, 'commit': '0' * 40, 'merkle_root': '0' * 64})
     lines = report(tmp_path)
     assert sum(line.endswith('| 8.0 | UNEXPLAINED | 0.70 |') for line in lines) == 3
     assert '8 answers are wrong. 5 of them' in '\n'.join(lines)
+    assert sum(line.startswith('| by chance |') for line in lines) == 1
     weak = [line for line in lines if '2.0' in line.split('|')[-2:][0]]
     assert sum(line.count('2.0') for line in weak) == 5
     # 28 of 31 are right, 0.90, of an interval from 0.75 that holds the target, 0.85
