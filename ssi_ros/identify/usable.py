@@ -47,11 +47,13 @@ def usable(ring, covariances, offset, names, rows):
     flat = ~sparse & (covariances.scale <= CONSTANT * np.abs(offset))
     pairs = np.diagonal(ring.total, axis1=1, axis2=2).min(axis=0)
     lonely = ~(sparse | flat) & (pairs < PAIRS_MIN * present)
-    live = ~(sparse | flat | lonely)
+    # then its rate is another one, and the grid may be at neither: nothing is safe
+    live = ~(sparse | flat) & (not lonely.any())
     words = [f'channel {names[k]} misses {100 * (1 - share[k]):.0f} % of its samples'
              for k in np.flatnonzero(sparse)]
     words += [f'channel {names[k]} is constant' for k in np.flatnonzero(flat)]
-    words += [f'channel {names[k]} misses samples so regularly that some lags have no pairs'
+    words += [f'channel {names[k]} misses samples so regularly that some lags have no pairs: is its '
+              'rate another one?'
               for k in np.flatnonzero(lonely)]
     for k in np.flatnonzero(live):
         for j in np.flatnonzero(live[:k]):
