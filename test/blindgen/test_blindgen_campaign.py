@@ -151,7 +151,9 @@ def test_a_killed_campaign_goes_on(tmp_path):
 import time
 with open({str(count)!r}, 'a') as done: print(odd, file=done)
 time.sleep(0.3)""")
-    command = [sys.executable, '-m', 'blindgen', 'campaign', '--cases', '6', '--duration', '2',
+    quick = ('import sys; from blindgen import record; from blindgen.__main__ import main; '
+             'record.SETTLE_S, record.LEAD_S = 10.0, 5.0; sys.exit(main(sys.argv[1:]))')
+    command = [sys.executable, '-c', quick, 'campaign', '--cases', '6', '--duration', '2',
                '--commit', 'c', '--folder', str(tmp_path / 'public'), '--workers', '0',
                '--rounds', '0', '--tool',
                f'{sys.executable} {tmp_path / "tool.py"} {{bag}} {{json}}']
