@@ -14,8 +14,9 @@ class AddedMass(Effect):
     site = Site.STRUCTURE
     size = 'mass_kg'
     reference = 'kinetic energy of a point mass; docs/theory.md, eq. (15)'
-    starts = {'mass_kg': (0.01,), 'along_m': (2.5, 5.0, 7.5),
-              'lateral_m': (-0.8, 0.0, 0.8)}
+    # between nodes and bellies of the modes, every metre is another valley of the likelihood
+    starts = {'mass_kg': (0.01,), 'along_m': (1.2, 2.7, 4.0, 5.3, 6.6, 7.7),
+              'lateral_m': (-0.5, 0.5)}
 
     array: str = quantity('E1', doc='array')
     mass_kg: float = quantity(0.0, unit='kg', low=0.0, high=1e3, doc='mass')

@@ -16,6 +16,7 @@ PROBE = 1e-3            # share of the coordinate's scale for a difference quoti
 EXCITATION_STD = 1.4    # of the logarithm of a power that is not known: 6 dB
 LEAST_INFORMATION = 1e-4    # of a number in units of its scale: a hundred scales wide
 EXCITATION_FAR_DB = 30.0    # beyond which a level is no nuisance but another unit
+QUIET_DB = -12.0        # below which noise and excitation together are another unit
 NOISE_FAR_DB = 35.0     # effects such as rails and jitter raise the noise by up to 26 dB
 NOISE_STD = 0.7         # and of the noise of a sensor: 3 dB
 LONGEST = 1.5           # step of a logarithm
@@ -199,6 +200,9 @@ def level_gap(levels):
     """Return what is wrong with levels that no nuisance reaches, or an empty text."""
     decibels = 10 * np.log10(levels)
     excitation, noise = decibels[:-1].max(), decibels[-1]
+    if max(excitation, noise) < QUIET_DB:
+        return (f'excitation and noise are both {-max(excitation, noise):.0f} dB and more below '
+                'the model: are the samples in g and not in m/s^2?')
     if abs(excitation) > EXCITATION_FAR_DB:
         return f'the excitation is {excitation:+.0f} dB off the model: wrong unit or wrong model?'
     if noise > NOISE_FAR_DB:

@@ -15,6 +15,7 @@ BEHIND = 12.0           # log likelihood behind the best at which a candidate is
 PROMISING = 2.0         # gain of the log likelihood that a template must promise
 KEPT = 5                # candidates that are fitted to the end, at most
 RIVALS = 3              # and at least, however bad: what a wrong effect closes is told
+OTHERS = 3              # starts of an effect beside its best
 PAIRS = 4               # pairs that are fitted
 
 
@@ -164,7 +165,7 @@ def promising(scores, count):
 
 
 def elsewhere(scores, likely):
-    """Return the second best start of effects near the best one: a mass may sit in two basins."""
+    """Return other good starts of effects near the best one: a mass may sit in many basins."""
     gains = scores.gains()
     best = gains.max()
     found = {}
@@ -173,12 +174,13 @@ def elsewhere(scores, likely):
         if gains[i] < best - BEHIND or gains[i] < PROMISING:
             break
         first = next((e for e in likely if e.name == effect.name), None)
-        if first is None or effect.name in found:
+        rest = found.setdefault(effect.name, [])
+        if first is None or len(rest) == OTHERS:
             continue
         others = [f.name for f in quantities(effect) if f.name != effect.size]
         if any(getattr(effect, n) != getattr(first, n) for n in others):
-            found[effect.name] = at_size(effect, scores.size[i])
-    return list(found.values())
+            rest.append(at_size(effect, scores.size[i]))
+    return [e for rest in found.values() for e in rest]
 
 
 def relatives(effect, names):

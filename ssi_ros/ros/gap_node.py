@@ -77,7 +77,8 @@ class GapNode(StageNode):
         # the answer is sent when the diagnosis is there; until then nothing waits in a callback
         self._reply = diagnose.send_response
         diagnose.send_response = self._diagnose
-        self._services_made = [diagnose, self.create_service(Trigger, '~/reset_alarm', self._reset)]
+        reset = self.create_service(Trigger, '~/reset_alarm', self._reset)
+        self._services_made = [diagnose, reset]
         self._names, self._task = names, task
         # in this process it would hold up the samples: Python runs one thread at a time
         self._preparation.start(prepare, self._spacecraft, settings, present=self._present,
