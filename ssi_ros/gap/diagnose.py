@@ -22,7 +22,9 @@ from ssi_ros.gap.symptoms import symptoms
 from ssi_ros.gap.tolerance import tolerances
 from ssi_ros.gap.torque import odd_signs, reconstruct, torque_signs
 from ssi_ros.gap.where import locate
+from threadpoolctl import ThreadpoolController
 
+BLAS = ThreadpoolController()   # more threads only slow these small matrices down
 SCORES_SHARE = 0.65     # of the false alarms allowed, that the scores may make
 SIGN_SHARE = 0.07       # and meter, lines, sweeps, pulses, swings each
 TRIED = 4               # candidates that are measured on held-out pieces
@@ -64,6 +66,11 @@ def diagnose(spacecraft, samples, settings=DiagnosisSettings(), *, effects=None,
     """
     tell = progress or (lambda share: None)
     names = tuple(effect_class(n).name for n in effects) if effects else tuple(library())
+    with BLAS.limit(limits=1):
+        return _diagnose(spacecraft, samples, settings, names, pairs, tuple(present), tell)
+
+
+def _diagnose(spacecraft, samples, settings, names, pairs, present, tell):
     samples = match(spacecraft, samples)
     of_samples = symptoms(samples)
     samples = centred(samples)
