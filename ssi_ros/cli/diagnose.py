@@ -163,7 +163,8 @@ def text(found):
     if found.outcome != 'WITHIN_FLOOR':
         lines.append('site: ' + ', '.join(f'{k} {100 * v:.0f} %'
                                           for k, v in where['site'].items() if v > 0.005))
-    for c in found.candidates:
+    quiet = found.outcome == 'WITHIN_FLOOR'
+    for c in found.candidates[:3] if quiet else found.candidates:
         if c.effects == ('none',) and c.probability < 0.001:
             continue
         closed = '' if c.closed != c.closed else (

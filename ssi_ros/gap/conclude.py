@@ -15,13 +15,18 @@ TIED = 0.1              # probability of an effect that belongs to a tie
 NOWHERE = (float('nan'),) * 3
 
 
-def no_gap(gap, where, signs):
-    """Return the answer where the record is what the model says."""
+def no_gap(gap, where, signs, probability, small):
+    """Return the answer where the record is what the model says; `small` may be there unseen."""
     where = {**where, 'site': dict.fromkeys((s.value for s in Site), 0.0)}
-    none = Explanation(('none',), 1.0, ('none',), {}, gap['before'], *NOWHERE, True)
+    none = Explanation(('none',), probability, ('none',), {}, gap['before'], *NOWHERE, True)
+    others = [Explanation((n,), p, (n,), {}, float('nan'), *NOWHERE, True)
+              for n, p in sorted(small.items(), key=lambda item: -item[1])]
+    rest = max(0.0, 1.0 - probability - sum(small.values()))
+    others.append(Explanation(('unknown',), rest, ('unknown',), {}, float('nan'), *NOWHERE, True))
     return Diagnosis('WITHIN_FLOOR', f'the record is what the model says (p = '
-                     f'{gap["p_value"]:.2g})', gap, where, (none,),
-                     {'effects': (), 'class': (), 'probability': 1.0}, (), texts(signs))
+                     f'{gap["p_value"]:.2g}), but for effects too small to be seen in it', gap,
+                     where, (none, *others),
+                     {'effects': (), 'class': (), 'probability': probability}, (), texts(signs))
 
 
 def wrong_level(reason, gap, where, scores, signs):

@@ -12,7 +12,7 @@ from ssi_ros.gap.conclude import conclude, no_gap, too_little, wrong_level
 from ssi_ros.gap.fit import fit, level_gap, Simulator
 from ssi_ros.gap.likelihood import Evidence
 from ssi_ros.gap.meter import measure
-from ssi_ros.gap.rank import Ranked, try_held_out, worth
+from ssi_ros.gap.rank import Ranked, try_held_out, unseen, worth
 from ssi_ros.gap.resimulate import floor_by_simulation
 from ssi_ros.gap.scores import make_templates, score
 from ssi_ros.gap.search import Search
@@ -109,7 +109,7 @@ def _diagnose(spacecraft, samples, settings, names, pairs, present, tell):
         # its level is not that of the model, and neither rails nor holes have made it so
         return wrong_level(wrong, gap, where, scores, signs + odd)
     if gap['p_value'] > settings.false_alarm:
-        return no_gap(gap, where, signs + odd)
+        return no_gap(gap, where, signs + odd, *unseen(scores, names))
     search = Search(simulator, evidence, settings, nominal, tolerance, names,
                     lambda share: tell(0.4 + 0.3 * share))
     ranked = search.singles(scores, signs)

@@ -18,6 +18,8 @@ DRAWS = 400
 DECADES = 6.0           # nats that the logarithm of an unknown size may lie in
 SINGLE, PAIR = 0.6, 0.1         # prior odds to "something else", 0.1, and to no effect, 0.2
 UNKNOWN, NONE = 0.1, 0.2
+SIZES = np.array([0.5, 2.0, 4.0, 8.0, 16.0])    # deviations that an effect may be worth
+UNSEEN = 0.5            # share of the effects without a template that is not seen
 SHARP = 0.15            # a: how seldom something unknown leaves a p-value that is not small
 
 
@@ -184,6 +186,36 @@ def posterior(ranked, nominal, left, effects, temperature):
     weights = np.exp(logs - logs.max())
     weights = weights / weights.sum()
     return weights[:-2], float(weights[-2]), float(weights[-1])
+
+
+def unseen(scores, names):
+    """
+    Return probabilities of no effect and of effects too small to be told, eq. (113a).
+
+    Parameters
+    ----------
+    scores : Scores
+        Of the nominal model, in which no gap is seen.
+    names : sequence of str
+        Effects that were considered.
+
+    Returns
+    -------
+    none : float
+    singles : dict of str to float
+        Of each effect alone; what is missing to 1 is for pairs and for something unknown.
+
+    """
+    z = np.array(scores.z)[:, None]
+    there = np.exp(z * SIZES - SIZES ** 2 / 2)
+    other = np.exp(-z * SIZES - SIZES ** 2 / 2)
+    one_sided = np.array([e.one_sided() for e in scores.effects])[:, None]
+    ratios = np.where(one_sided, there, (there + other) / 2).mean(axis=1)
+    owner = np.array([e.name for e in scores.effects])
+    each = {n: ratios[owner == n].mean() if (owner == n).any() else UNSEEN for n in names}
+    mean = float(np.mean(list(each.values())))
+    total = NONE + SINGLE * mean + PAIR * mean ** 2 + UNKNOWN * UNSEEN
+    return NONE / total, {n: float(SINGLE / len(names) * r / total) for n, r in each.items()}
 
 
 def worth(ranked, effects):

@@ -52,8 +52,8 @@ def usable(ring, covariances, offset, names, rows):
     words = [f'channel {names[k]} misses {100 * (1 - share[k]):.0f} % of its samples'
              for k in np.flatnonzero(sparse)]
     words += [f'channel {names[k]} is constant' for k in np.flatnonzero(flat)]
-    words += [f'channel {names[k]} misses samples so regularly that some lags have no pairs: is its '
-              'rate another one?'
+    words += [f'channel {names[k]} misses samples so regularly that some lags have no pairs: is '
+              'its rate another one?'
               for k in np.flatnonzero(lonely)]
     for k in np.flatnonzero(live):
         for j in np.flatnonzero(live[:k]):

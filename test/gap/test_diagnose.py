@@ -57,6 +57,12 @@ def test_right_model_is_quiet(spacecraft):
     found = diagnose(spacecraft, record(spacecraft), SETTINGS, effects=FEW)
     assert found.outcome == 'WITHIN_FLOOR'
     assert found.verdict['effects'] == ()
+    first, *others = found.candidates
+    assert first.effects == ('none',)
+    # what is too small to be seen stays possible, each effect less than none at all
+    assert {e for c in others for e in c.effects} == {*FEW, 'unknown'}
+    assert all(0.0 < c.probability < first.probability < 1.0 for c in others)
+    assert sum(c.probability for c in found.candidates) == pytest.approx(1.0)
 
 
 def test_json_has_the_fixed_schema(spacecraft):
@@ -123,6 +129,7 @@ def test_refusals(spacecraft):
 @pytest.mark.parametrize('change, outcome, words', [
     (lambda v: v + 5.0, 'WITHIN_FLOOR', 'what the model says'),
     (lambda v: v * 1e6, 'UNEXPLAINED', 'dB off the model'),
+    (lambda v: v / 9.81, 'UNEXPLAINED', 'in g and not in m/s^2'),
     (lambda v: np.random.default_rng(0).standard_normal(v.shape), 'UNEXPLAINED', 'hides it')])
 def test_offsets_units_and_noise(change, outcome, words, spacecraft):
     """A bias is no gap; another unit and something else than an accelerometer are told."""

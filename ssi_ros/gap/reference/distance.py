@@ -124,15 +124,15 @@ def data_floor(one, two, trust=1.0, seed=0):
     weights = np.concatenate([one.weights, two.weights])
     shape = groups.shape[1:]
     flat = groups.reshape(len(groups), -1)
-    n = one.cut.freedom(1.0) / (one.own * two.own)
-    target = 1.0 / one.worth + 1.0 / two.worth
+    n = one.cut.freedom(1.0)
+    target = 1.0 / (n * one.weights.sum()) + 1.0 / (n * two.weights.sum())
     draws = []
     for _ in range(SPLITS):
         sides = mixed_halves(len(one), len(two), rng) * weights
         totals = sides.sum(axis=1)
         means = (sides / totals[:, None]) @ flat
         bands = divergence(*means.reshape(2, *shape), n * totals[0], n * totals[1])
-        draws.append(np.mean(bands * trust * target * n / np.sum(1.0 / totals)))
+        draws.append(np.mean(bands * trust) * target / np.sum(1.0 / (n * totals)))
     return float(np.mean(draws)), float(np.std(draws)), np.array(draws)
 
 
@@ -154,11 +154,11 @@ def measure(one, two, prediction=None, trust=1.0):
     Distance
 
     """
-    mean, seen, n, m = one.mean, two.mean, one.worth, two.worth
+    mean, seen, n, m = one.mean, two.mean, one.freedom, two.freedom
     if prediction is not None:
         mean, n = prediction.mean, prediction.freedom(n)
     # in units of what is parted by reference and record themselves
-    scale = (1 / one.worth + 1 / two.worth) / (1 / n + 1 / m)
+    scale = (1 / one.freedom + 1 / two.freedom) / (1 / n + 1 / m)
     bands = scale * trust * divergence(mean, seen, n, m)
     floor, std = (scale * v for v in theory_floor(n, m, mean.shape[-1]))
     return Distance(float(bands.mean()), float(floor.mean()),

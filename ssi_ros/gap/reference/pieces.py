@@ -84,25 +84,18 @@ class Spectra:
     """
     Spectral matrices of the groups of one recording, shape (g, b, l, l) [unit^2 / Hz].
 
-    `weights` are the segments of each group, `times_s` their middles, `own` the share of a band
-    that scatters, shape (b,): what was added to it does not.
+    `weights` are the segments of each group, `times_s` their middles.
     """
 
     cut: Cut
     groups: np.ndarray
     weights: np.ndarray
     times_s: np.ndarray
-    own: np.ndarray = 1.0
 
     @property
     def freedom(self):
         """Independent spectra behind the mean, shape (b,)."""
         return np.full(self.cut.bands, self.cut.freedom(self.weights.sum()))
-
-    @property
-    def worth(self):
-        """Independent spectra that the mean is as good as, what was added to it smooth, (b,)."""
-        return self.freedom / self.own ** 2
 
     @property
     def mean(self):
@@ -128,8 +121,7 @@ class Spectra:
         """Return the spectra with a share of each channel's own mean power added to it."""
         power = np.einsum('bii->bi', self.mean).real * share
         padding = power[:, :, None] * np.eye(power.shape[1])
-        return replace(self, groups=self.groups + padding,
-                       own=share_of(self.mean, self.mean + padding))
+        return replace(self, groups=self.groups + padding)
 
     def __len__(self):
         return len(self.groups)

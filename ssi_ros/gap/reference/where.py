@@ -28,7 +28,7 @@ def locate(nominal, base, one, two):
 
     """
     cut, width = nominal.cut, len(nominal.channels)
-    n_one, n_two = base.prediction.freedom(one.worth), two.worth
+    n_one, n_two = base.prediction.freedom(one.freedom), two.freedom
     excess = nominal.trust * divergence(base.prediction.mean, two.mean, n_one, n_two)
     bands = _shares(excess - width ** 2 / 2 * (1 / n_one + 1 / n_two))
     low, high = cut.middles_hz - cut.width_hz / 2, cut.middles_hz + cut.width_hz / 2
@@ -72,7 +72,7 @@ def channel_shares(nominal, prediction, one, two):
     width = len(nominal.channels)
     if width == 1:
         return np.ones(1)
-    n_one, n_two = prediction.freedom(one.worth), two.worth
+    n_one, n_two = prediction.freedom(one.freedom), two.freedom
 
     def above(kept):
         grid = np.ix_(np.arange(nominal.cut.bands), kept, kept)
@@ -98,7 +98,7 @@ def _shares(excess):
 def _times(nominal, base, one, two):
     parts = np.array_split(np.arange(len(two)), min(MOST_TIMES, len(two)))
     length = two.cut.rows / two.cut.rate_hz
-    n, width = two.worth / two.weights.sum(), len(nominal.channels)
+    n, width = two.cut.freedom(1.0), len(nominal.channels)
     found = []
     for part in parts:
         some = two.only(part)
