@@ -123,6 +123,11 @@ def test_diagnose_answers_and_the_node_goes_on(bench):
     client = bench.node.create_client(Trigger, '/gap/diagnose')
     bench.wait(client.service_is_ready)
     answer = client.call_async(Trigger.Request())
+    # a request may arrive long after it was sent, when the server has learnt of its client
+    health = bench.collect(DiagnosticArray, '/diagnostics')
+    bench.wait(lambda: answer.done() or any(
+        v.key == 'diagnosis' and v.value != 'none'
+        for m in health for s in m.status for v in s.values), what='for the diagnosis to begin')
     state = bench.call(GetState, '/gap/get_state', GetState.Request())
     assert state.current_state.label == 'active'
     second = bench.call(Trigger, '/gap/diagnose', Trigger.Request())

@@ -30,13 +30,19 @@ def test_monitor_hears_the_gap_node(bench):
         bench.wait(lambda: all(p.get_subscription_count() for p, _ in ends)
                    and modes.get_subscription_count())
 
-        def heard():
-            """Send again until it has ended: a reader learns of a writer a moment later."""
+        def send():
+            """Send the numbers of the gap."""
             for publisher, message in ends:
                 publisher.publish(message)
             bench.executor.spin_once(timeout_sec=0.3)
+
+        def heard():
+            """Send again until it has ended."""
+            send()
             modes.publish(modes_message(window))
             return monitor.poll() is not None
+        for _ in range(10):         # a reader learns of a writer later than the writer of it
+            send()
         bench.wait(heard)
         out = monitor.communicate(timeout=10)[0]
     finally:
