@@ -17,7 +17,7 @@ from ssi_ros.gap.reference.joint import joint, OTHER_LEVEL
 from ssi_ros.gap.reference.nominal import make_nominal
 from ssi_ros.gap.reference.pair import make_pair
 from ssi_ros.gap.reference.pieces import plan, silent, spectra_of
-from ssi_ros.gap.reference.rank import closed, EXACT, MODAL, occam, SURE, try_held_out
+from ssi_ros.gap.reference.rank import closed, EXACT, MODAL, SURE, try_held_out, worth
 from ssi_ros.gap.reference.screen import screen
 from ssi_ros.gap.reference.where import locate
 from ssi_ros.gap.settings import DiagnosisSettings
@@ -207,8 +207,7 @@ def _try_all(nominal, one, two, candidates, base, bonuses, floor, tell):
         fitted = fit(nominal, _levelled(two, forms).mean, one.freedom, two.freedom, forms, start,
                      FIRST_STEPS, base.x)
         bonus = sum(bonuses.get(f.effect, 0.0) for f in forms)
-        gain = fitted.far if gross else fitted.likelihood
-        fits.append((gain + bonus + occam(fitted), i, fitted, bonus))
+        fits.append((worth(fitted, bonus, gross), i, fitted, bonus))
     ranked = []
     for i, (_, _, fitted, bonus) in enumerate(sorted(fits, key=lambda f: -f[0])[:TRIED]):
         tell(0.7 + 0.3 * i / TRIED)

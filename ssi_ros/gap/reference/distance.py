@@ -154,12 +154,12 @@ def measure(one, two, prediction=None, trust=1.0):
     Distance
 
     """
-    mean, seen, n, m = one.mean, two.mean, one.freedom, two.freedom
-    if prediction is not None:
-        mean, n = prediction.mean, prediction.freedom(n)
+    m = two.freedom
+    mean, n = (one.mean, np.full(one.cut.bands, one.freedom)) if prediction is None else (
+        prediction.mean, prediction.freedom(one.freedom))
     # in units of what is parted by reference and record themselves
-    scale = (1 / one.freedom + 1 / two.freedom) / (1 / n + 1 / m)
-    bands = scale * trust * divergence(mean, seen, n, m)
+    scale = (1 / one.freedom + 1 / m) / (1 / n + 1 / m)
+    bands = scale * trust * divergence(mean, two.mean, n, m)
     floor, std = (scale * v for v in theory_floor(n, m, mean.shape[-1]))
     return Distance(float(bands.mean()), float(floor.mean()),
                     float(np.sqrt(np.sum(std ** 2)) / len(bands)), bands - floor)

@@ -4,13 +4,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from ssi_ros.gap.reference.distance import divergence
-from ssi_ros.gap.reference.pieces import share_of
 
 STEPS = 12
 ENOUGH = 2e-2           # gain of the likelihood below which a fit has arrived
 HALVINGS = 6            # of a step that goes too far
 NODES = 6               # of the integral of a score
 BLUNT = 30.0            # nats that distances may be wrong by, as smooth predictions go
+LEVEL_STEPS = 0.01, 0.05        # of level and noise, for a difference quotient
 PROBE = 1e-2            # share of a way for a difference quotient
 SHARES = (0.05, 10.0)   # range of the part of a prediction that scatters
 
@@ -34,7 +34,9 @@ class Prediction:
 
     def freedom(self, n_one):
         """Return how many independent spectra it is as good as, shape (b,), eq. (150)."""
-        return n_one / np.clip(share_of(self.scatters, self.mean), *SHARES) ** 2
+        # the share in all directions, tr S'^-1 F / l
+        share = np.einsum('bii->b', np.linalg.solve(self.mean, self.scatters)).real
+        return n_one / np.clip(share / self.mean.shape[-1], *SHARES) ** 2
 
     @property
     def possible(self):
@@ -101,9 +103,9 @@ def filtered(gain, spectrum):
     return found.mean(axis=0) if gain.ndim == 4 else found
 
 
-def whitener(pooled, trust):
-    """Return L^-1 of pooled = L L^H, smaller where a band is trusted less, shape (b, l, l)."""
-    return np.linalg.inv(np.linalg.cholesky(pooled)) * np.power(trust, 0.25)[:, None, None]
+def whitener(factor, trust):
+    """Return L^-1 of a Cholesky factor L, smaller where a band is trusted less, (b, l, l)."""
+    return np.linalg.inv(factor) * np.power(trust, 0.25)[:, None, None]
 
 
 def whitened(matrices, lower):
@@ -126,9 +128,9 @@ class _Place:
         self.forms, self.x = forms, x
         self.prediction = predict(nominal, forms, x)
         mean = self.prediction.mean
-        part = np.broadcast_to(n_one / (n_one + n_two), len(seen))[:, None, None]
+        part = n_one / (n_one + n_two)
         pooled = part * mean + (1 - part) * seen
-        self.weight = np.broadcast_to(n_one * n_two / (n_one + n_two), len(seen))
+        self.root = np.sqrt(n_one * n_two / (n_one + n_two))
         try:
             factor = np.linalg.cholesky(pooled)
             bend = factor @ np.linalg.inv(np.linalg.cholesky(mean))
@@ -136,16 +138,14 @@ class _Place:
             self.possible = False
             return
         self.possible = True
-        self.lower = np.linalg.inv(factor) * np.power(nominal.trust, 0.25)[:, None, None]
-        spectrum = filtered(bend, nominal.spectrum)
-        self.around = nominal.with_spectrum(spectrum)
+        self.lower = whitener(factor, nominal.trust)
+        self.around = nominal.with_spectrum(filtered(bend, nominal.spectrum))
         self.base = predict(self.around, forms, x).mean
         self.rest = self.weighted(seen - mean)
 
     def weighted(self, matrices):
         """Return matrices as vectors whose products are those of the information."""
-        flat = whitened(matrices, self.lower).reshape(len(self.weight), -1)
-        return (flat * np.sqrt(self.weight)[:, None]).ravel()
+        return self.root * whitened(matrices, self.lower)
 
     def slope(self, direction, step):
         """Return the change of the prediction along a direction of x."""
@@ -154,7 +154,7 @@ class _Place:
 
     def gradient(self):
         """Return score and information, eq. (152)."""
-        steps = [0.01, 0.05] + [n.start / 10 for f in self.forms for n in f.numbers]
+        steps = [*LEVEL_STEPS] + [n.start / 10 for f in self.forms for n in f.numbers]
         rows = np.array([self.slope(e, s) for e, s in zip(np.eye(len(self.x)), steps)])
         return rows @ self.rest, rows @ rows.T
 
@@ -169,7 +169,7 @@ def fit(nominal, seen, n_one, n_two, forms=(), start=None, steps=STEPS, origin=N
         The reference.
     seen : ndarray, shape (b, l, l)
         Mean spectrum of the record.
-    n_one, n_two : float or ndarray, shape (b,)
+    n_one, n_two : float
         Independent spectra behind both.
     forms : tuple of Form
         What may act.
@@ -178,7 +178,7 @@ def fit(nominal, seen, n_one, n_two, forms=(), start=None, steps=STEPS, origin=N
     steps : int
         At most.
     origin : ndarray, shape (2,), optional
-        Level and noise alone, from which the likelihood is counted.
+        Level and noise alone, from which the likelihood is counted; without, it is left at 0.
 
     Returns
     -------
@@ -213,10 +213,10 @@ def fit(nominal, seen, n_one, n_two, forms=(), start=None, steps=STEPS, origin=N
     scale = np.sqrt(np.maximum(np.diag(information), 1e-12))
     covariance = np.linalg.pinv(information / np.outer(scale, scale)) / np.outer(scale, scale)
     gain = far = 0.0
-    if forms:
-        base = np.append(here.x[:2] if origin is None else origin, np.zeros(len(numbers)))
+    if origin is not None:
+        base = np.append(origin, np.zeros(len(numbers)))
         ratios = [_ratio(p, problem, nominal.trust) for p in (
-            predict(nominal, (), base[:2]), predict(nominal, forms, base), here.prediction)]
+            predict(nominal, (), origin), predict(nominal, forms, base), here.prediction)]
         # what a form adds at x = 0, as rails do, has no way along which to go
         gain = _gain(nominal, forms, base, here.x, problem) + ratios[1] - ratios[0]
         far = ratios[2] - ratios[0]

@@ -94,8 +94,8 @@ class Spectra:
 
     @property
     def freedom(self):
-        """Independent spectra behind the mean, shape (b,)."""
-        return np.full(self.cut.bands, self.cut.freedom(self.weights.sum()))
+        """Independent spectra behind the mean."""
+        return self.cut.freedom(self.weights.sum())
 
     @property
     def mean(self):
@@ -125,11 +125,6 @@ class Spectra:
 
     def __len__(self):
         return len(self.groups)
-
-
-def share_of(part, whole):
-    """Return tr whole^-1 part over the channels: the share of a part in all directions, (b,)."""
-    return np.einsum('bii->b', np.linalg.solve(whole, part)).real / whole.shape[-1]
 
 
 def plan(rows, rate_hz, channels):

@@ -55,8 +55,7 @@ class Ranked:
     @property
     def worth(self):
         """Log odds by which candidates are ordered."""
-        likelihood = self.fitted.far if self.gross else self.fitted.likelihood
-        return likelihood + self.bonus + occam(self.fitted)
+        return worth(self.fitted, self.bonus, self.gross)
 
     @property
     def tolerance(self):
@@ -72,6 +71,11 @@ class Ranked:
     def deviations(self):
         """How many standard deviations the held-out gap is above its floor."""
         return (self.value - self.floor) / self.floor_std
+
+
+def worth(fitted, bonus, gross):
+    """Return the log odds of a fit with the signs that speak for it; `gross` as in Ranked."""
+    return (fitted.far if gross else fitted.likelihood) + bonus + occam(fitted)
 
 
 def occam(fitted):

@@ -5,7 +5,7 @@ import numpy as np
 from scipy.stats import norm, t as student
 
 from ssi_ros.gap.reference.distance import mixed_halves
-from ssi_ros.gap.reference.fit import predict, whitened, whitener
+from ssi_ros.gap.reference.fit import LEVEL_STEPS, predict, whitened, whitener
 
 SPLITS = 1000
 
@@ -64,14 +64,13 @@ def screen(nominal, base, one, two, forms, seed=0):
 
     """
     n_one, n_two = one.freedom, two.freedom
-    share = (n_one / (n_one + n_two))[:, None, None]
-    pooled = share * base.prediction.mean + (1 - share) * two.mean
-    lower = whitener(pooled, nominal.trust)
+    pooled = (n_one * base.prediction.mean + n_two * two.mean) / (n_one + n_two)
+    lower = whitener(np.linalg.cholesky(pooled), nominal.trust)
     level, noise = np.exp(base.x[0]), base.x[1] * np.diag(nominal.floor)
     # around the reference itself its own scatter would be in the templates
     nominal = nominal.with_spectrum((pooled - noise) / level)
     predicted = predict(nominal, (), base.x).mean
-    rows = [_row(nominal, (), base.x, predicted, j, s, lower) for j, s in ((0, .01), (1, .05))]
+    rows = [_row(nominal, (), base.x, predicted, j, s, lower) for j, s in enumerate(LEVEL_STEPS)]
     nuisance = np.linalg.qr(np.array(rows).T)[0].T
     templates, owner = [], []
     for k, form in enumerate(forms):
@@ -91,7 +90,7 @@ def screen(nominal, base, one, two, forms, seed=0):
     split = len(one)
     difference = (_mean(scores[:, split:], weights[split:])
                   - _mean(scores[:, :split], weights[:split]))
-    theory = np.sqrt(1 / n_one[0] + 1 / n_two[0])
+    theory = np.sqrt(1 / n_one + 1 / n_two)
     seen = np.sqrt(_variance(scores[:, :split], weights[:split])
                    + _variance(scores[:, split:], weights[split:]))
     spread = np.maximum(seen, theory)
