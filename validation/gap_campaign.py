@@ -17,15 +17,17 @@ import time
 import numpy as np
 
 from ssi_ros.effects import effect_class, inject, library, simulate_setup
-from ssi_ros.gap.candidate import places
+from ssi_ros.gap.candidate import Candidate, places
+from ssi_ros.gap.check import centred
 from ssi_ros.gap.diagnose import diagnose
 from ssi_ros.gap.fit import fit, Simulator
 from ssi_ros.gap.likelihood import Evidence
+from ssi_ros.gap.rank import closed, Ranked, try_held_out
 from ssi_ros.gap.scores import make_templates, score
 from ssi_ros.gap.search import at_size
 from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.gap.spectra import make_frame, spectra
-from ssi_ros.gap.tolerance import no_tolerance
+from ssi_ros.gap.tolerance import no_tolerance, tolerances
 from ssi_ros.gap.torque import reconstruct
 from ssi_ros.model import load_spacecraft
 
@@ -125,6 +127,22 @@ def record(rng, oracle, effects, seed):
     return simulate_setup(inject(craft, [*small, *effects], SECONDS), seed)
 
 
+def closed_by_truth(oracle, samples, effects):
+    """Return the share of the gap that the effects at their true sizes close, levels fitted."""
+    samples = centred(samples)
+    whole = ~np.isnan(samples.values).any(axis=1)
+    frame = make_frame(len(whole), samples.rate_hz, oracle.settings, whole)
+    evidence = Evidence(frame, spectra(samples, frame), frame.used)
+    sides = []
+    for present in ((), tuple(effects)):
+        simulator = Simulator(oracle.spacecraft, frame, SECONDS, present)
+        levels = fit(simulator, evidence).levels
+        tolerance = tolerances(simulator, Candidate(), levels, oracle.settings)
+        fitted = fit(simulator, evidence, levels=levels, tolerance=tolerance)
+        sides.append(try_held_out(simulator, evidence, Ranked(fitted), oracle.settings, tolerance))
+    return closed(*sides)[0]
+
+
 def run(kind, count, out, first):
     """Write one line of JSON for every case."""
     oracle = Oracle(load_spacecraft())
@@ -152,6 +170,8 @@ def run(kind, count, out, first):
                           for f in e.numbers()},
                 'seconds': time.perf_counter() - begin, **found.to_json()}
         line['where'] = {'site': line['where']['site']}
+        share = closed_by_truth(oracle, samples, effects) if effects else float('nan')
+        line['closed_by_truth'] = share if np.isfinite(share) else None
         out.write(json.dumps(line) + '\n')
         out.flush()
         top = ' ; '.join(f'{"+".join(c["effects"])} {c["probability"]:.2f}'

@@ -24,8 +24,8 @@ def verbs():
     return modules
 
 
-def parser():
-    """Return the parser of the whole command line."""
+def parser(wanted=None):
+    """Return the parser of the whole command line, or of one verb beside the names of all."""
     top = argparse.ArgumentParser(
         prog='ssi_ros', description='Watch a flexible spacecraft on orbit: simulate, identify, '
         'log to MCAP, replay, diagnose.',
@@ -37,14 +37,17 @@ def parser():
             name, help=module.HELP, description=module.__doc__,
             epilog=f'example:\n  {module.EXAMPLE}',
             formatter_class=argparse.RawDescriptionHelpFormatter)
-        module.add_arguments(verb)
+        if wanted in (None, name):
+            module.add_arguments(verb)
         verb.set_defaults(run=module.run)
     return top
 
 
 def main(argv=None):
     """Run one verb; return its exit code: 0 done, 1 a negative answer, 2 it cannot be done."""
-    args = parser().parse_args(argv)
+    argv = sys.argv[1:] if argv is None else list(argv)
+    # the options of other verbs need not be known, nor what they import
+    args = parser(argv[0] if argv else '').parse_args(argv)
     try:
         return args.run(args) or 0
     except BrokenPipeError:         # an OSError, so it goes first: the reader has seen enough

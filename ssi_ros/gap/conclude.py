@@ -15,18 +15,32 @@ TIED = 0.1              # probability of an effect that belongs to a tie
 NOWHERE = (float('nan'),) * 3
 
 
-def no_gap(gap, where, signs, probability, small):
-    """Return the answer where the record is what the model says; `small` may be there unseen."""
+def no_gap(other, gap, where, words, probability, small):
+    """
+    Return the answer where the record is what the other side says.
+
+    Parameters
+    ----------
+    other : str
+        'model' or 'reference'.
+    gap, where, words
+        As in the answer.
+    probability : float
+        That no effect is there.
+    small : dict of str to float
+        Probabilities of effects that may be there unseen.
+
+    """
     where = {**where, 'site': dict.fromkeys((s.value for s in Site), 0.0)}
     none = Explanation(('none',), probability, ('none',), {}, gap['before'], *NOWHERE, True)
     others = [Explanation((n,), p, (n,), {}, float('nan'), *NOWHERE, True)
               for n, p in sorted(small.items(), key=lambda item: -item[1])]
     rest = max(0.0, 1.0 - probability - sum(small.values()))
     others.append(Explanation(('unknown',), rest, ('unknown',), {}, float('nan'), *NOWHERE, True))
-    return Diagnosis('WITHIN_FLOOR', f'the record is what the model says (p = '
+    return Diagnosis('WITHIN_FLOOR', f'the record is what the {other} says (p = '
                      f'{gap["p_value"]:.2g}), but for effects too small to be seen in it', gap,
                      where, (none, *others),
-                     {'effects': (), 'class': (), 'probability': probability}, (), texts(signs))
+                     {'effects': (), 'class': (), 'probability': probability}, (), words)
 
 
 def wrong_level(reason, gap, where, scores, signs):

@@ -8,7 +8,7 @@ from ssi_ros.effects import effect_class, library
 from ssi_ros.gap.cache import load_templates, save_templates, templates_key
 from ssi_ros.gap.candidate import Candidate, starting_points
 from ssi_ros.gap.check import centred, longest_part, match
-from ssi_ros.gap.conclude import conclude, no_gap, too_little, wrong_level
+from ssi_ros.gap.conclude import conclude, no_gap, texts, too_little, wrong_level
 from ssi_ros.gap.fit import fit, level_gap, Simulator
 from ssi_ros.gap.likelihood import Evidence
 from ssi_ros.gap.meter import measure
@@ -109,7 +109,9 @@ def _diagnose(spacecraft, samples, settings, names, pairs, present, tell):
         # its level is not that of the model, and neither rails nor holes have made it so
         return wrong_level(wrong, gap, where, scores, signs + odd)
     if gap['p_value'] > settings.false_alarm:
-        return no_gap(gap, where, signs + odd, *unseen(scores, names))
+        small = unseen(scores.z, [(e.name,) for e in scores.effects],
+                       [e.one_sided() for e in scores.effects], names)
+        return no_gap('model', gap, where, texts(signs + odd), *small)
     search = Search(simulator, evidence, settings, nominal, tolerance, names,
                     lambda share: tell(0.4 + 0.3 * share))
     ranked = search.singles(scores, signs)

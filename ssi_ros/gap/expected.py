@@ -107,14 +107,22 @@ def _steady(setup, frame):
     white = np.zeros((1, 1, count, count))
     for stage in system.chain:
         gain = stage.response(np.zeros(1), count)[0]
-        shares = [gain @ s @ gain.T for s in shares]
-        white, fixed = gain @ white @ gain.T, gain @ fixed @ gain.T
+        shares = [_through(gain, s) for s in shares]
+        white, fixed = _through(gain, white), _through(gain, fixed)
         if isinstance(stage, Noise):
             white = white + stage.noise_covariance(count)
         elif hasattr(stage, 'autocovariance'):
             fixed = fixed + _transform(stage.autocovariance(count, frame.rows, rate_hz), frame)
     shares.append(np.broadcast_to(white * frame.overlap[0] + 0j, fixed[:1].shape))
     return Expected(tuple(names) + ('sensor_noise',), tuple(shares), fixed)
+
+
+def _through(gain, spectrum):
+    """Return G S G^T; most stages are diagonal, or do nothing."""
+    own = np.diag(gain)
+    if np.any(gain != np.diag(own)):
+        return gain @ spectrum @ gain.T
+    return spectrum if np.all(own == 1.0) else np.outer(own, own) * spectrum
 
 
 def _powers(poles, count):
@@ -154,7 +162,7 @@ def _autocovariance(sampled, inputs, powers):
 
 def _transform(autocovariance, frame):
     """Return the expected periodogram of an autocovariance, shape (k, l, l), eq. (95)."""
-    half = np.fft.fft(autocovariance * frame.overlap[:, None, None], axis=0)
+    half = np.fft.rfft(autocovariance * frame.overlap[:, None, None], axis=0)
     half = half[frame.first:frame.last]
     return half + half.conj().swapaxes(1, 2) - autocovariance[0] * frame.overlap[0]
 

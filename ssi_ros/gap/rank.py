@@ -188,14 +188,18 @@ def posterior(ranked, nominal, left, effects, temperature):
     return weights[:-2], float(weights[-2]), float(weights[-1])
 
 
-def unseen(scores, names):
+def unseen(z, owners, one_sided, names):
     """
     Return probabilities of no effect and of effects too small to be told, eq. (113a).
 
     Parameters
     ----------
-    scores : Scores
-        Of the nominal model, in which no gap is seen.
+    z : ndarray, shape (t,)
+        Standardised scores of templates, in which no gap is seen.
+    owners : sequence of tuple of str, length t
+        Effects that each template speaks for.
+    one_sided : ndarray of bool, shape (t,)
+        Whether only a positive score can be theirs.
     names : sequence of str
         Effects that were considered.
 
@@ -206,13 +210,14 @@ def unseen(scores, names):
         Of each effect alone; what is missing to 1 is for pairs and for something unknown.
 
     """
-    z = np.array(scores.z)[:, None]
+    z = np.array(z)[:, None]
     there = np.exp(z * SIZES - SIZES ** 2 / 2)
     other = np.exp(-z * SIZES - SIZES ** 2 / 2)
-    one_sided = np.array([e.one_sided() for e in scores.effects])[:, None]
-    ratios = np.where(one_sided, there, (there + other) / 2).mean(axis=1)
-    owner = np.array([e.name for e in scores.effects])
-    each = {n: ratios[owner == n].mean() if (owner == n).any() else UNSEEN for n in names}
+    ratios = np.where(np.reshape(one_sided, (-1, 1)), there, (there + other) / 2).mean(axis=1)
+    each = {}
+    for name in names:
+        own = [r for r, owner in zip(ratios, owners) if name in owner]
+        each[name] = np.mean(own) if own else UNSEEN
     mean = float(np.mean(list(each.values())))
     total = NONE + SINGLE * mean + PAIR * mean ** 2 + UNKNOWN * UNSEEN
     return NONE / total, {n: float(SINGLE / len(names) * r / total) for n, r in each.items()}

@@ -5,7 +5,9 @@ import numpy as np
 from scipy.stats import norm
 
 from ssi_ros.effects import effect_class, library, Site
+from ssi_ros.gap.conclude import no_gap
 from ssi_ros.gap.diagnosis import Diagnosis, Explanation
+from ssi_ros.gap.rank import unseen
 from ssi_ros.gap.reference import signs as look
 from ssi_ros.gap.reference.amplitude import amplitude_dependence
 from ssi_ros.gap.reference.conclude import conclude
@@ -102,7 +104,10 @@ def _diagnose(reference, record, settings, names, pairs, tell):
     texts = notes + tuple(s.text for s in signs)
     if p_value > settings.false_alarm:
         tell(1.0)
-        return _quiet(told, where, texts, p_value)
+        owners = [found.forms[k] for k in found.owner]
+        small = unseen(found.z, [(f.effect, *f.also) for f in owners], np.zeros(len(owners), bool),
+                       names)
+        return no_gap('reference', told, where, texts, *small)
     tell(0.3)
     dependence = amplitude_dependence(pair.record, cut.rate_hz, nominal.modes)
     joints, texts_joint = joint(nominal, base, one, two, pair, dependence, names)
@@ -222,14 +227,6 @@ def _levelled(two, forms):
     for form in forms:
         two = two if form.levels is None else two.levelled(form.levels)
     return two
-
-
-def _quiet(gap, where, texts, p_value):
-    where['site'] = dict.fromkeys((s.value for s in Site), 0.0)
-    none = Explanation(('none',), 1.0, ('none',), {}, gap['before'], *[float('nan')] * 3, True)
-    return Diagnosis('WITHIN_FLOOR', 'the record is what the reference says '
-                     f'(p = {p_value:.2g})', gap, where, (none,),
-                     {'effects': (), 'class': (), 'probability': 1.0}, (), texts)
 
 
 def _too_little(reason, notes):
