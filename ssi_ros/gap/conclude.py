@@ -43,12 +43,12 @@ def no_gap(other, gap, where, words, probability, small):
                      {'effects': (), 'class': (), 'probability': probability}, (), words)
 
 
-def wrong_level(reason, gap, where, scores, signs):
+def wrong_level(reason, gap, where, scores, words):
     """Return the answer where the level alone says that record and model do not fit."""
     unknown = Explanation(('unknown',), 1.0, ('unknown',), {}, gap['before'], *NOWHERE, False)
     return Diagnosis('UNEXPLAINED', reason, gap, {**where, 'site': _sites(scores, (), ())},
                      (unknown,), {'effects': (), 'class': (), 'probability': 0.0}, (),
-                     texts(signs))
+                     words)
 
 
 def too_little(reason):
@@ -62,7 +62,8 @@ def too_little(reason):
         (unknown,), {'effects': (), 'class': (), 'probability': 0.0}, ())
 
 
-def conclude(ranked, before, left, gap, where, scores, signs, settings, effects, controls=()):
+def conclude(ranked, before, left, gap, where, scores, signs, words, settings, effects,
+             controls=()):
     """
     Return the answer where there is a gap.
 
@@ -79,7 +80,9 @@ def conclude(ranked, before, left, gap, where, scores, signs, settings, effects,
     scores : Scores
         Of the nominal model.
     signs : sequence of Symptom
-        That were seen.
+        That were seen before any effect was fitted.
+    words : tuple of str
+        What signs say that the best candidate has in it or leaves.
     settings : DiagnosisSettings
         Ties and temperature.
     effects : int
@@ -97,7 +100,7 @@ def conclude(ranked, before, left, gap, where, scores, signs, settings, effects,
                               False)
         return Diagnosis('UNEXPLAINED', 'no effect of those asked for speaks for the gap', gap,
                          {**where, 'site': _sites(scores, (), ())}, (unknown,),
-                         {'effects': (), 'class': (), 'probability': 0.0}, (), texts(signs))
+                         {'effects': (), 'class': (), 'probability': 0.0}, (), words)
     best = ranked[0]
     inside = best.deviations <= INSIDE and left >= LEFT_OVER
     shares, none, unknown = posterior(ranked, before, left, effects, settings.temperature)
@@ -132,7 +135,7 @@ def conclude(ranked, before, left, gap, where, scores, signs, settings, effects,
     where = {**where, 'site': _sites(scores, ranked, shares),
              'sensors': _sensors(where['sensors'], ranked, shares)}
     return Diagnosis(outcome, reason, gap, where,
-                     tuple(found) + others, verdict, separate_by(verdict['class']), texts(signs),
+                     tuple(found) + others, verdict, separate_by(verdict['class']), words,
                      tuple({'effects': c.names or ('none',), 'closed': closed(before, c)[0]}
                            for c in controls))
 

@@ -107,7 +107,7 @@ def _diagnose(spacecraft, samples, settings, names, pairs, present, tell):
     tell(0.4)
     if wrong and not of_samples:
         # its level is not that of the model, and neither rails nor holes have made it so
-        return wrong_level(wrong, gap, where, scores, signs + odd)
+        return wrong_level(wrong, gap, where, scores, texts(signs + odd))
     if gap['p_value'] > settings.false_alarm:
         small = unseen(scores.z, [(e.name,) for e in scores.effects],
                        [e.one_sided() for e in scores.effects], names)
@@ -132,29 +132,31 @@ def _diagnose(spacecraft, samples, settings, names, pairs, present, tell):
                                         tuple(s.effect.name for s in more), bool(odd))
             rest, deviations, more, odd = floor.against(rest, meter, more, odd)
             left = _together(rest.p_value(), deviations, more + odd)
-        return rest, more, left, far
+        return rest, more, odd, left, far
 
-    left = 0.0
+    left, shown = 0.0, signs + odd
     if ranked:
-        rest, more, left, far = left_by(ranked[0])
+        rest, more, odd, left, far = left_by(ranked[0])
         if far:
             ranked = search.wider(ranked, signs)
-            rest, more, left, _ = left_by(ranked[0])
+            rest, more, odd, left, _ = left_by(ranked[0])
         if pairs and left < DOUBT:
             single = ranked[0]
             search.tell = lambda share: tell(0.7 + 0.2 * share)
             ranked = sorted(ranked + search.pairs(scores, rest, ranked, signs + more),
                             key=lambda r: -worth(r, len(names)))
             if ranked[0] is not single:
-                left = left_by(ranked[0])[2]
+                rest, more, odd, left, _ = left_by(ranked[0])
+        # a mode that moved looks like a line beside it: what went with the effect is not told
+        shown = tuple(s for s in signs if s.effect.name in ranked[0].names) + more + odd
     tell(0.9)
     before = try_held_out(simulator, evidence, Ranked(nominal), settings, tolerance)
     ranked = [try_held_out(simulator, evidence, r, settings, tolerance) for r in ranked[:TRIED]]
     controls = [before] + [try_held_out(simulator, evidence, r, settings, tolerance)
                            for r in search.at_random(templates, ranked)]
     tell(1.0)
-    return conclude(ranked, before, left, gap, where, scores, signs + odd, settings, len(names),
-                    controls)
+    return conclude(ranked, before, left, gap, where, scores, signs, texts(shown), settings,
+                    len(names), controls)
 
 
 def _together(p_value, deviations, signs):

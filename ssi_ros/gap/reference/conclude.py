@@ -3,7 +3,7 @@ import numpy as np
 
 from ssi_ros.effects import effect_class, Site
 from ssi_ros.gap.diagnosis import Diagnosis, Explanation, Value
-from ssi_ros.gap.reference.extra import NONLINEAR
+from ssi_ros.gap.reference.extra import has_each_mode, NONLINEAR
 from ssi_ros.gap.reference.rank import closed, posterior
 from ssi_ros.gap.reference.where import name_of, structural_shares
 
@@ -111,7 +111,7 @@ def _at_modes(nominal, fitted, where):
     """Put modes and channels of a structural change where the fit has it, not the mean gap."""
     modes, count = nominal.modes, len(nominal.modes)
     for k, form in enumerate(fitted.forms):
-        if count > 1 and len(form.numbers) in (count, 2 * count):
+        if has_each_mode(form, count):
             at = fitted.coordinates(k)
             z = fitted.x[at] / np.sqrt(np.maximum(np.diag(fitted.covariance)[at], 1e-300))
             weights = np.square(z).reshape(-1, count).sum(axis=0)

@@ -12,11 +12,11 @@ from ssi_ros.gap.reference import signs as look
 from ssi_ros.gap.reference.amplitude import amplitude_dependence
 from ssi_ros.gap.reference.conclude import conclude
 from ssi_ros.gap.reference.distance import data_floor, Distance, measure
-from ssi_ros.gap.reference.extra import of_line, of_sign, stiffness_drift
+from ssi_ros.gap.reference.extra import has_each_mode, of_line, of_sign, stiffness_drift
 from ssi_ros.gap.reference.fit import fit, level_of
 from ssi_ros.gap.reference.forms import all_forms
 from ssi_ros.gap.reference.joint import joint, OTHER_LEVEL
-from ssi_ros.gap.reference.nominal import make_nominal
+from ssi_ros.gap.reference.nominal import make_nominal, moves
 from ssi_ros.gap.reference.pair import make_pair
 from ssi_ros.gap.reference.pieces import plan, silent, spectra_of
 from ssi_ros.gap.reference.rank import closed, EXACT, MODAL, SURE, try_held_out, worth
@@ -33,6 +33,7 @@ FIRST_STEPS = 4         # of a fit, before the best TRIED are chosen
 FINALISTS = 12          # forms fitted after the scores
 PADDING = 0.01          # of the power of a channel: what is below is noise, at another level
 CLEAR = 100.0           # log odds of a sign beyond which its p-value is not believed
+FAR = 6.0               # standard deviations of a gap, above which modes may be far away
 GROSS = 30.0            # standard deviations of a gap, above which distances rank
 MORE = 3.0              # standard deviations left, above which a second effect is looked for
 
@@ -125,6 +126,8 @@ def _diagnose(reference, record, settings, names, pairs, tell):
     bonuses.update({j.form.effect: j.bonus for j in joints})
     before = try_held_out(nominal, one, two, base, scatter)
     gross = gap.deviations > GROSS
+    if gap.deviations > FAR:
+        forms += _farther(nominal, pair.record, forms)
     ranked = _try_all(nominal, one, two, [(f,) for f in forms], base, bonuses, (scatter, gross),
                       lambda share: tell(0.4 + 0.35 * share))
     if pairs and ranked and ranked[0].deviations > MORE and ranked[0].tolerance == MODAL and (
@@ -202,19 +205,34 @@ def _finalists(found):
     return chosen
 
 
+def _farther(nominal, record, forms):
+    """Return the forms that move modes, begun where the modes of the record are."""
+    way = 2 * moves(nominal, record)
+    if not way.any():
+        return []
+    found = [replace(f, begin=[np.median(way[way != 0.0])]) for f in forms
+             if f.effect == 'stiffness_scale' and len(f.numbers) == 1]
+    return found + [replace(f, begin=np.append(way, [n.start for n in f.numbers[len(way):]]))
+                    for f in forms if has_each_mode(f, len(way)) and f.effect != 'damping_scale']
+
+
 def _try_all(nominal, one, two, candidates, base, bonuses, floor, tell):
     """Fit all candidates a little, the best to the end; try those on held-out groups."""
     scatter, gross = floor
     fits = []
     for i, forms in enumerate(candidates):
         tell(0.7 * i / len(candidates))
-        start = np.append(base.x, [n.start for f in forms for n in f.numbers])
+        start = np.append(base.x, [x for f in forms for x in f.start])
         fitted = fit(nominal, _levelled(two, forms).mean, one.freedom, two.freedom, forms, start,
                      FIRST_STEPS, base.x)
         bonus = sum(bonuses.get(f.effect, 0.0) for f in forms)
         fits.append((worth(fitted, bonus, gross), i, fitted, bonus))
+    best = {}
+    for _, _, fitted, bonus in sorted(fits, key=lambda f: -f[0]):
+        # one form may have begun at several values
+        best.setdefault(tuple(f.kind for f in fitted.forms), (fitted, bonus))
     ranked = []
-    for i, (_, _, fitted, bonus) in enumerate(sorted(fits, key=lambda f: -f[0])[:TRIED]):
+    for i, (fitted, bonus) in enumerate(list(best.values())[:TRIED]):
         tell(0.7 + 0.3 * i / TRIED)
         own = _levelled(two, fitted.forms)
         fitted = fit(nominal, own.mean, one.freedom, two.freedom, fitted.forms, fitted.x,

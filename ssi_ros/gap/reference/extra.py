@@ -11,6 +11,12 @@ ABOVE = 4.0             # times the reference, beyond which a band holds mostly 
 NONLINEAR = ('hinge_friction', 'hinge_freeplay', 'cubic_stiffness')
 
 
+def has_each_mode(form, count):
+    """Return whether a form has numbers of its own for each of `count` modes."""
+    return count > 1 and len(form.numbers) in (count, 2 * count) and form.effect in (
+        'stiffness_scale', 'damping_scale', *NONLINEAR)
+
+
 def of_sign(sign, pair, cut, mean_one, levels):
     """
     Return the form of a sign: the reference with the effect in its samples, without a number.

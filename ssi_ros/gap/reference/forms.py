@@ -16,6 +16,7 @@ import numpy as np
 from ssi_ros.gap.reference.nominal import reach_hz
 
 POINTS = 17             # at which a resonance is averaged over a band
+WIDER = 1.5             # times its way, the distance from a mode at which its move still counts
 LAGS = (0.3, 3.0)       # time constants of slow noise that a fit starts from, in 1 / lowest f
 
 
@@ -61,6 +62,8 @@ class Form:
         Power of each group of the record over its mean, for a level that wanders.
     constants : dict
         Numbers that were read off the samples, {name: (value, unit)}.
+    begin : ndarray, shape (p,), optional
+        Coordinates at which a fit begins, if they are known better than the numbers' starts.
 
     """
 
@@ -73,6 +76,17 @@ class Form:
     places: int = 1
     levels: np.ndarray = None
     constants: dict = field(default_factory=dict)
+    begin: np.ndarray = None
+
+    @property
+    def start(self):
+        """Return the coordinates at which a fit begins."""
+        return [n.start for n in self.numbers] if self.begin is None else list(self.begin)
+
+    @property
+    def kind(self):
+        """Return what two forms have in common that differ by their numbers' values alone."""
+        return self.effect, tuple(self.place.items()), tuple(n.name for n in self.numbers)
 
 
 def _units(nominal):
@@ -227,7 +241,7 @@ def modal_gain(nominal, ratios, damping_ratios):
         if ratios[i] == 1.0 and damping_ratios[i] == 1.0:
             continue
         f0, xi = modes.frequencies_hz[i], modes.damping_ratios[i]
-        reach = reach_hz(f0, xi, cut)
+        reach = max(reach_hz(f0, xi, cut), WIDER * abs(ratios[i] - 1) * f0)
         near = np.flatnonzero(np.abs(cut.middles_hz - f0) < 3 * reach)
         f = cut.middles_hz[near][:, None] + np.linspace(-half, half, POINTS)
         power = _resonance(f, f0 * ratios[i], xi * damping_ratios[i]).mean(axis=1) / (

@@ -2,9 +2,11 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.optimize import linear_sum_assignment
 
 from ssi_ros.gap.reference.pieces import Cut
 from ssi_ros.identify import Identification, identify
+from ssi_ros.identify.shapes import mac
 from ssi_ros.records import Samples
 
 HOPS = 24               # blocks of the recording, whose scatter gives the spreads of its modes
@@ -13,6 +15,7 @@ RESOLVED = 0.3          # half-power half-width in bins, below which a shift can
 MOST_MODES = 30         # strongest first
 REACH = 12.0            # half-widths around a mode in which its change counts
 NEAR_BINS = 6           # at least so many bins
+FARTHEST = 0.3          # logarithm of frequency ratio that weighs like shapes of MAC 0
 NOISE_QUANTILE = 0.02   # of what the other channels do not explain, over the bands
 
 
@@ -117,6 +120,39 @@ def identified(values, channels, rate_hz):
     except ValueError:              # less than the identification asks for
         return ()
     return tuple(sorted(window.modes, key=lambda m: m.frequency_hz))
+
+
+def moves(nominal, values):
+    """
+    Return how far each mode of the reference has moved in another recording.
+
+    Modes belong together by their shapes first: a mode that moved past another keeps its shape.
+
+    Parameters
+    ----------
+    nominal : Nominal
+        The reference.
+    values : ndarray, shape (n, l)
+        The other recording.
+
+    Returns
+    -------
+    ndarray, shape (m,)
+        Logarithm of the ratio of the frequencies; 0 for a mode that is not found again.
+
+    """
+    modes = nominal.modes
+    there = _modes(identified(values, nominal.channels, nominal.cut.rate_hz),
+                   len(nominal.channels), nominal.cut)
+    found = np.zeros(len(modes))
+    if not len(modes) or not len(there):
+        return found
+    ratios = np.log(there.frequencies_hz[None] / modes.frequencies_hz[:, None])
+    away = 1 - mac(modes.shapes.T, there.shapes.T) + np.abs(ratios) / FARTHEST
+    for i, j in zip(*linear_sum_assignment(away)):
+        if away[i, j] < 1.0:
+            found[i] = ratios[i, j]
+    return found
 
 
 def _trust(found, cut):

@@ -58,6 +58,16 @@ def test_all_frequencies_alike_are_tied_with_the_clock():
     assert any('clock' in s for s in found.separate_by)
 
 
+def test_modes_that_moved_far_are_followed():
+    """A third less stiffness everywhere: modes lie where the reference has none."""
+    found = diagnose_reference(chain(27), chain(28, scale=(0.67, 0.67, 0.67)))
+    top = found.candidates[0]
+    assert top.effects == ('stiffness_scale',)
+    values = [v.value for v in top.parameters.values()]
+    assert values == pytest.approx([0.67] * len(values), rel=0.04)
+    assert top.closed > 0.7         # 0.31 by what follows no move
+
+
 def test_thirty_seconds_of_one_channel_work():
     """Quiet with itself, and a strong line is found at its frequency."""
     one, two = chain(29, 30.0, channels=1), chain(30, 30.0, channels=1)
