@@ -4,7 +4,7 @@ What an effect is: a frozen record that changes a `Setup`, declared in a file of
 Every quantity's default is its null value, so an effect at its defaults changes nothing and every
 model with an effect contains the nominal one. `site` is the word that localisation answers with.
 """
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from enum import Enum
 import math
 
@@ -49,6 +49,10 @@ class Setup:
         Wander of the sampling instants [s].
     corners_hz : tuple of (int, float)
         Butterworth low-passes: channel and corner [Hz].
+    powers : dict of str to float
+        Power of a part of the excitation over nominal, at which nonlinear hinges are linearised.
+    lags : tuple of (ndarray, ndarray)
+        Rows (m,) of inputs that reach the channels by columns (l,) a sample late, not at once.
 
     """
 
@@ -61,6 +65,8 @@ class Setup:
     delays_s: tuple = ()
     jitter_rms_s: float = 0.0
     corners_hz: tuple = ()
+    powers: dict = field(default_factory=dict)
+    lags: tuple = ()
 
     def reading(self, frequencies_hz):
         """Return what delays and low-passes make of every channel, (k, l) complex, eq. (89)."""

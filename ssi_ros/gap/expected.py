@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ssi_ros.effects.edits import scale_stiffness
-from ssi_ros.gap.linearise import linearise
+from ssi_ros.gap.linearise import linearise, Rattle
 from ssi_ros.model.disturbances import Chirp, Sine
 from ssi_ros.model.excitation import Coloured, Varying, White
 from ssi_ros.model.sensors import Noise
@@ -79,6 +79,8 @@ def expected(setup, frame):
 def _steady(setup, frame):
     system, rate_hz = setup.system, setup.system.rate_hz
     sampled = system.state_space.discrete(rate_hz)
+    for row, column in setup.lags:
+        sampled = sampled.with_lag(row, column)
     count = len(system.channels)
     names, shares = [], []
     fixed = np.zeros((1, frame.last - frame.first, count, count), complex)
@@ -102,6 +104,8 @@ def _steady(setup, frame):
         if isinstance(inner, White):
             names.append(inner.name)
             shares.append(share)
+        elif isinstance(inner, Rattle):
+            shares[names.index(inner.name)] = shares[names.index(inner.name)] + share
         else:
             fixed = fixed + share
     white = np.zeros((1, 1, count, count))
@@ -170,7 +174,7 @@ def _transform(autocovariance, frame):
 def _power(part, frame):
     """Return the mean of (1 + depth sin)^2 over every piece, weighted by its taper, (pieces,)."""
     t = np.arange(frame.pieces * frame.rows) / frame.rate_hz
-    level = (1 + part.depth * np.sin(2 * np.pi * t / part.period_s)) ** 2
+    level = part.level(t) ** 2
     return level.reshape(frame.pieces, frame.rows) @ frame.taper ** 2
 
 

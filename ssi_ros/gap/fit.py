@@ -1,5 +1,5 @@
 """Fit a candidate and the levels by Fisher scoring, eq. (100) of docs/theory-gap.md."""
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -58,17 +58,23 @@ class Fit:
 class Simulator:
     """The model side of a diagnosis: spacecraft and frame; expected spectra of candidates."""
 
-    def __init__(self, spacecraft, frame, duration_s, present=()):
+    def __init__(self, spacecraft, frame, duration_s, present=(), powers=None):
         self.spacecraft, self.frame, self.duration_s = spacecraft, frame, duration_s
-        self.present = tuple(present)
+        self.present, self.powers = tuple(present), dict(powers or {})
 
     def on(self, frame):
         """Return the same model side in another frame."""
-        return Simulator(self.spacecraft, frame, self.duration_s, self.present)
+        return Simulator(self.spacecraft, frame, self.duration_s, self.present, self.powers)
+
+    def at(self, levels):
+        """Return the same model side, its hinges shaken at fitted levels."""
+        return Simulator(self.spacecraft, self.frame, self.duration_s, self.present,
+                         zip(self.expected(Candidate()).names, levels))
 
     def setup(self, candidate):
         """Return the setup of a candidate, on top of the effects that are already there."""
-        return inject(self.spacecraft, self.present + candidate.effects, self.duration_s)
+        found = inject(self.spacecraft, self.present + candidate.effects, self.duration_s)
+        return replace(found, powers=self.powers) if found.laws else found
 
     def expected(self, candidate):
         """Return its expected periodograms; None where it cannot exist, as off the array."""

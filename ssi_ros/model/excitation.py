@@ -78,11 +78,12 @@ class White:
 
 @dataclass(frozen=True)
 class Varying:
-    """A part times the level 1 + depth sin(2 pi t / period_s), eq. (29)."""
+    """A part times the level 1 + depth sin(2 pi t / period_s + phase_rad), eq. (29)."""
 
     part: object
     depth: float
     period_s: float
+    phase_rad: float = 0.0
 
     def __post_init__(self):
         if not (0.0 <= self.depth <= 1.0 and self.period_s > 0.0):
@@ -100,9 +101,12 @@ class Varying:
 
         def forces(first, count):
             t = (first + np.arange(count)) / rate_hz
-            level = 1.0 + self.depth * np.sin(2 * np.pi * t / self.period_s)
-            return steady(first, count) * level[:, None]
+            return steady(first, count) * self.level(t)[:, None]
         return forces
+
+    def level(self, t):
+        """Return the level at times [s]."""
+        return 1.0 + self.depth * np.sin(2 * np.pi * t / self.period_s + self.phase_rad)
 
     def covariance(self, rate_hz, inputs):
         """Return the mean over time of the covariance of one sample, shape (m, m)."""

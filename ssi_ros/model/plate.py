@@ -63,6 +63,12 @@ class PlateModes:
         shapes = rows.reshape(len(rows), -1) @ self.coefficients
         return shapes[0] if np.ndim(along_m) == 0 else shapes
 
+    def overlap(self, other):
+        """Return the integrals of rho h phi_i phi_j with the modes of another root, (n, m)."""
+        along, across = _beams(self.plate)
+        mass = self.plate.area_density_kg_m2 * np.kron(along.gram(0, 0), across.gram(0, 0))
+        return self.coefficients.T @ mass @ other.coefficients
+
     def moments(self):
         """Return the integrals of rho h phi times 1, along_m and lateral_m, shape (3, n)."""
         along, across = _beams(self.plate)

@@ -3,7 +3,7 @@ State spaces, continuous and sampled, in modal coordinates: eq. (18) to (26) of 
 
 The diagonal form makes exact discretisation, transfer functions and propagation one line each.
 """
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -122,6 +122,13 @@ class Sampled:
     d: np.ndarray
     vectors: np.ndarray
     inverse: np.ndarray
+
+    def with_lag(self, row, column):
+        """Return the system whose outputs feel `column` (row u) a sample late, not at once."""
+        return replace(
+            self, poles=np.append(self.poles, 0.0), weight=np.append(self.weight, 1.0),
+            b=np.vstack([self.b, row]), c=np.column_stack([self.c, column]),
+            d=self.d - np.outer(column, row))
 
     def response(self, z):
         """Return the transfer function at every z = exp(j omega dt), (f, l, m), eq. (22)."""

@@ -19,6 +19,7 @@ from ssi_ros.model.system import System
 from ssi_ros.records import read_only
 
 RESIDUAL_DAMPING = 0.5      # see `_array_matrices`
+GIVE_HZ, GIVE_DAMPING = 1e4, 1.05       # see `_with_give`: far above what is looked at, two poles
 
 
 def assemble(spacecraft, explicit_hinges=False, hinge_inputs=False):
@@ -33,8 +34,9 @@ def assemble(spacecraft, explicit_hinges=False, hinge_inputs=False):
         Keep the angle of every hinge of finite stiffness as a freedom of its own, which a
         nonlinear hinge needs; otherwise the modes of the array contain it.
     hinge_inputs : bool
-        Add the torque about every hinge of finite stiffness as an input, of which the modes take
-        their share; the same row reads the angle. A stiff hinge is then the clamp.
+        Add the torque about every hinge of finite stiffness as an input; the same column reads
+        its angle. The modes take their share of it, and a freedom '_give', which channels and
+        hub do not feel, the static give of all higher ones. A stiff hinge is then the clamp.
 
     Returns
     -------
@@ -65,25 +67,52 @@ def assemble(spacecraft, explicit_hinges=False, hinge_inputs=False):
         d for d in dofs if d.endswith('_hinge'))
     sensor = np.array([displacement_row(spacecraft, s.array, s.along_m, s.lateral_m,
                                         explicit_hinges) for s in spacecraft.sensors])
-    extra = []
-    if hinge_inputs:
-        extra = [a for a in spacecraft.arrays if math.isfinite(a.hinge_n_m_rad)]
-        inputs += tuple(f'{a.name}_hinge' for a in extra)
-    columns = [hinge_row(a, dofs)[:, None] for a in extra]
-    return System(
+    act = np.eye(len(dofs))
+    for a in spacecraft.arrays:
+        if math.isfinite(a.hinge_n_m_rad) and not explicit_hinges:
+            act[np.ix_(_places(dofs, a, '_eta'), _places(inputs, a, '_force'))] = _shares(a)
+    system = System(
         mass=mass[pick], damping=damping[pick], stiffness=stiffness[pick],
-        input=np.hstack([np.eye(len(dofs)), *columns]), sensor=sensor, dofs=dofs, inputs=inputs,
+        input=act, sensor=sensor, dofs=dofs, inputs=inputs,
         channels=tuple(s.name for s in spacecraft.sensors),
         excitation=default_excitation(spacecraft),
         chain=(Noise((spacecraft.noise_rms_m_s2,) * len(spacecraft.sensors)),),
         rate_hz=spacecraft.rate_hz)
+    if not hinge_inputs:
+        return system
+    return _with_give(system, [a for a in spacecraft.arrays if math.isfinite(a.hinge_n_m_rad)])
 
 
-def hinge_row(array, dofs):
-    """Return the angle of an array's hinge by every freedom, from the slope at its root, (n,)."""
-    slopes = dict(zip((f'{array.name}_eta{i + 1}' for i in range(array.modes)),
-                      _modes(array, False).at(0.0, 0.0, (1, 0))))
-    return np.array([slopes.get(d, 0.0) for d in dofs])
+def _with_give(system, arrays):
+    """
+    Return the system with the torque about the hinge of each array as an input, eq. (16a).
+
+    Ten modes on a hinge of 1e6 N m/rad hold 2 % of its give 1/k: with them alone an open hinge
+    would still hold the array, and a torque that rubs would never stop it.
+    """
+    slopes = np.zeros((len(system.dofs), len(arrays)))
+    turn = np.zeros((len(arrays), len(system.inputs)))
+    for column, row, a in zip(slopes.T, turn, arrays):
+        modes = _places(system.dofs, a, '_eta')
+        column[modes] = _modes(a, False).at(0.0, 0.0, (1, 0))
+        # A force on a mode of the clamped array does no work on the hinge: what it turns the modes
+        # by at rest, the give takes back.
+        forces = _places(system.inputs, a, '_force')
+        row[forces] = -(column[modes] / np.diag(system.stiffness)[modes]
+                        ) @ system.input[np.ix_(modes, forces)]
+    held = slopes.T ** 2 @ (1 / np.where(slopes.any(axis=1), np.diag(system.stiffness), 1.0))
+    rest = np.maximum([1 / a.hinge_n_m_rad for a in arrays] - held, 0.0)
+    omega, one = 2 * math.pi * GIVE_HZ, np.eye(len(arrays))
+    reach = omega * np.sqrt(rest)
+    below = turn * (omega ** 2 / np.where(reach, reach, np.inf))[:, None]
+    return replace(
+        system, mass=block_diag(system.mass, one),
+        damping=block_diag(system.damping, 2 * GIVE_DAMPING * omega * one),
+        stiffness=block_diag(system.stiffness, omega ** 2 * one),
+        input=np.block([[system.input, slopes], [below, np.diag(reach)]]),
+        sensor=np.pad(system.sensor, ((0, 0), (0, len(arrays)))),
+        dofs=system.dofs + tuple(f'{a.name}_give' for a in arrays),
+        inputs=system.inputs + tuple(f'{a.name}_hinge' for a in arrays))
 
 
 def default_excitation(spacecraft):
@@ -141,6 +170,24 @@ def _shapes(array, explicit_hinges, along_m, lateral_m):
 def _modes(array, explicit_hinges):
     hinge = INFINITE if explicit_hinges else array.hinge_n_m_rad
     return plate_modes(array.plate, array.modes, hinge)
+
+
+def _places(names, array, kind):
+    """Return where the modes of an array are among names."""
+    return [names.index(f'{array.name}{kind}{i + 1}') for i in range(array.modes)]
+
+
+@lru_cache(maxsize=64)
+def _shares(array):
+    """
+    Return what forces on the modes of the clamped array do on those of the hinged one, (n, n).
+
+    What shakes a structure does not change with its hinge: the forces stay on the modal
+    coordinates that they were declared on, w = phi eta + along alpha, eq. (14a).
+    """
+    clamped, hinged = _modes(array, True), _modes(array, False)
+    slopes = hinged.at(0.0, 0.0, (1, 0))
+    return read_only((clamped.overlap(hinged) - np.outer(clamped.moments()[1], slopes)).T)
 
 
 def _array_inertia(array):
