@@ -8,7 +8,7 @@ from ssi_ros.quantity import quantity
 
 @effect
 class NonstationaryExcitation(Effect):
-    """All excitation is multiplied by 1 + depth sin(2 pi t / period_s), eq. (85)."""
+    """All excitation is multiplied by 1 + depth sin(2 pi t / period_s + phase_rad), (85)."""
 
     name = 'nonstationary_excitation'
     site = Site.EXCITATION
@@ -19,8 +19,11 @@ class NonstationaryExcitation(Effect):
 
     depth: float = quantity(0.0, low=0.0, high=1.0, doc='relative swing of the level')
     period_s: float = quantity(120.0, unit='s', low=1.0, high=1e5, doc='period of the level')
+    phase_rad: float = quantity(0.0, unit='rad', low=-7.0, high=7.0,
+                                doc='phase of the level at the first sample')
 
     def apply(self, setup):
         """Return the setup with all parts of the excitation varying together."""
-        parts = tuple(Varying(p, self.depth, self.period_s) for p in setup.system.excitation)
+        parts = tuple(Varying(p, self.depth, self.period_s, self.phase_rad)
+                      for p in setup.system.excitation)
         return replace(setup, system=replace(setup.system, excitation=parts))

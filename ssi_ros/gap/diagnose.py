@@ -10,6 +10,7 @@ from ssi_ros.gap.candidate import Candidate, starting_points
 from ssi_ros.gap.check import centred, longest_part, match
 from ssi_ros.gap.conclude import conclude, no_gap, texts, too_little, wrong_level
 from ssi_ros.gap.fit import fit, level_gap, Simulator
+from ssi_ros.gap.holes import filled
 from ssi_ros.gap.likelihood import Evidence
 from ssi_ros.gap.meter import measure
 from ssi_ros.gap.rank import Ranked, try_held_out, unseen, worth
@@ -17,6 +18,7 @@ from ssi_ros.gap.resimulate import floor_by_simulation
 from ssi_ros.gap.scores import make_templates, score
 from ssi_ros.gap.search import Search
 from ssi_ros.gap.settings import DiagnosisSettings
+from ssi_ros.gap.slow import slow_signs
 from ssi_ros.gap.spectra import make_frame, spectra
 from ssi_ros.gap.symptoms import symptoms
 from ssi_ros.gap.tolerance import tolerances
@@ -81,12 +83,19 @@ def _diagnose(spacecraft, samples, settings, names, pairs, present, tell):
         return too_little(str(error))
     duration_s = len(samples.values) / samples.rate_hz
     simulator = Simulator(spacecraft, frame, duration_s, present)
+    mended = filled(simulator, samples)
+    if mended is not samples:
+        samples = mended
+        frame = make_frame(len(samples.values), samples.rate_hz, settings,
+                           ~np.isnan(samples.values).any(axis=1))
+        simulator = simulator.on(frame)
     evidence = Evidence(frame, spectra(samples, frame), frame.used)
     there = {e.name for e in present}
     wanted = tuple(n for n in names if n not in there)
     templates = _templates(spacecraft, len(samples.values), settings, names, present, tell)
     # The first fit gives the levels that the tolerances are drawn at.
     levels = fit(simulator, evidence).levels
+    simulator = simulator.at(levels)
     wrong = level_gap(levels)
     tolerance = tolerances(simulator, Candidate(), levels, settings)
     nominal = fit(simulator, evidence, levels=levels, tolerance=tolerance)
@@ -96,7 +105,7 @@ def _diagnose(spacecraft, samples, settings, names, pairs, present, tell):
     sought = tuple(n for n in wanted if n != 'wheel_speed_sweep' or part is samples)
     torque = reconstruct(simulator, nominal, part, settings)
     signs = tuple(s for s in of_samples + torque_signs(torque, sought)
-                  if s.effect.name in wanted)
+                  + slow_signs(simulator, nominal, part, settings) if s.effect.name in wanted)
     # a missing row is a hole, which looks like a spike on all channels
     whole = not np.isnan(part.values).any()
     odd = odd_signs(torque, samples.channels) if whole else ()
@@ -121,7 +130,8 @@ def _diagnose(spacecraft, samples, settings, names, pairs, present, tell):
         torque = reconstruct(simulator, best.fit, part, settings)
         others = tuple(n for n in sought if n not in best.names)
         more = torque_signs(torque, others) + tuple(
-            s for s in of_samples if s.effect.name in others)
+            s for s in of_samples + slow_signs(simulator, best.fit, part, settings)
+            if s.effect.name in others)
         meter = measure(best.fit.model, evidence, settings.band_bins)
         odd = odd_signs(torque, samples.channels) if whole else ()
         far = meter.deviations > FAR

@@ -15,7 +15,7 @@ BEHIND = 12.0           # log likelihood behind the best at which a candidate is
 PROMISING = 2.0         # gain of the log likelihood that a template must promise
 KEPT = 5                # candidates that are fitted to the end, at most
 RIVALS = 3              # and at least, however bad: what a wrong effect closes is told
-OTHERS = 3              # starts of an effect beside its best
+OTHERS = 5              # starts of an effect beside its best
 PAIRS = 4               # pairs that are fitted
 
 
@@ -138,7 +138,7 @@ class Search:
         """Return the log likelihood of signs beyond what the spectrum has of them already."""
         total = 0.0
         for e in candidate.effects:
-            if e.name in bonuses and not e.spectral:
+            if e.name in bonuses:
                 alone = fit(self.simulator, self.evidence, Candidate((e,)), self.nominal.levels,
                             FIRST_STEPS, self.tolerance)
                 shown = alone.likelihood - self.nominal.likelihood if alone else 0.0
@@ -171,7 +171,7 @@ def elsewhere(scores, likely):
     found = {}
     for i in np.argsort(-gains):
         effect = scores.effects[i]
-        if gains[i] < best - BEHIND or gains[i] < PROMISING:
+        if gains[i] < best - max(BEHIND, best / 2) or gains[i] < PROMISING:
             break
         first = next((e for e in likely if e.name == effect.name), None)
         rest = found.setdefault(effect.name, [])

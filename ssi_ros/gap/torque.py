@@ -52,6 +52,8 @@ class Torque:
         What a disturbance of 1 on a channel adds to it.
     power : ndarray, shape (k,)
         Y^H P Y, of l - 1 degrees of freedom.
+    white : ndarray, shape (k, l)
+        All channels whitened, C^H Y with C C^H = S^-1: what drives them, whatever it is.
     missing : ndarray of bool, shape (rows,)
         Rows that are not there, with their neighbours: a hole is neither pulse nor calm.
 
@@ -66,6 +68,7 @@ class Torque:
     beside: np.ndarray
     beside_gain: np.ndarray
     power: np.ndarray
+    white: np.ndarray
     missing: np.ndarray
 
     def series(self, weight=1.0, values=None):
@@ -114,8 +117,9 @@ def reconstruct(simulator, fitted, samples, settings):
     own = np.sqrt(np.maximum(np.einsum('kii->ki', inverse).real
                              - np.abs(row) ** 2 / gain[:, None] ** 2, 1e-300))
     power = np.einsum('ki,ki->k', spectrum.conj(), rest).real
+    white = np.einsum('kji,kj->ki', np.linalg.cholesky(inverse).conj(), spectrum)
     return Torque(samples.rate_hz, frame.rows, frame.first, values, gain, frame.taper, rest / own,
-                  own, power, np.convolve(missing, np.ones(3), mode='same') > 0)
+                  own, power, white, np.convolve(missing, np.ones(3), mode='same') > 0)
 
 
 def torque_filter(simulator, candidate, levels, frame):
@@ -307,12 +311,16 @@ def _peaks(unit, ring):
 
 
 def swing(torque):
-    """Find the strongest sinusoidal swing of the level, eq. (109)."""
-    unit = torque.series()[torque.inside]
-    # The mean magnitude follows the level in a straight line, and minds pulses less than power.
-    level = np.minimum(np.abs(unit), MAGNITUDE * np.median(np.abs(unit)))
+    """Find the strongest sinusoidal swing of the level of all that excites, eq. (109)."""
     there = ~torque.missing[torque.inside]
-    level = np.where(there, level / level[there].mean(), 1.0)
+    level = np.zeros(len(there))
+    for values in torque.white.T:
+        # The mean magnitude follows the level in a straight line, and minds pulses less than
+        # power.
+        unit = np.abs(torque.series(values=values)[torque.inside])
+        unit = np.minimum(unit, MAGNITUDE * np.median(unit))
+        level += unit / unit[there].mean() / torque.white.shape[1]
+    level = np.where(there, level, 1.0)
     count = len(level)
     longest = count / torque.rate_hz / SLOWEST
     block = max(1, int(torque.rate_hz / 8))     # means over an eighth of a second are enough
@@ -326,21 +334,23 @@ def swing(torque):
     frequencies = np.arange(len(gains)) * df
     # few periods: sine and mean are not orthogonal, so these are fitted one by one
     low, few = int(np.ceil(1 / longest / df)), int(4 / df * torque.rate_hz / count)
-    fits = [_sine_fit(coarse, at, f) for f in frequencies[low:few]]
-    gains[low:few] = [g / (2 * spread) for g, _ in fits]
+    gains[low:few] = [_sine_fit(coarse, at, f)[0] / (2 * spread) for f in frequencies[low:few]]
     gains[:low], gains[frequencies > FASTEST_HZ] = 0.0, 0.0
     best = int(np.argmax(gains))
-    depth = float(min(_sine_fit(coarse, at, frequencies[best])[1], 1.0))
+    _, (cosine, sine) = _sine_fit(coarse, at, frequencies[best])
+    depth = float(min(np.hypot(cosine, sine), 1.0))
     p = _chance(gains[best], 4 * FASTEST_HZ * count / torque.rate_hz)
     if p > SURE:
         return None
     size = np.sqrt(2 * gains[best])
     period = 1 / frequencies[best]
+    phase = np.arctan2(cosine, sine) - 2 * np.pi * torque.inside.start / torque.rate_hz / period
     return Symptom(within(
-        effect_class('nonstationary_excitation'), depth=depth, period_s=period), p,
+        effect_class('nonstationary_excitation'), depth=depth, period_s=period,
+        phase_rad=float(np.angle(np.exp(1j * phase)))), p,
                    f'the level swings by {100 * depth:.0f} % every {period:.0f} s',
                    {'depth': depth / size, 'period_s': np.sqrt(6) / np.pi / size * period ** 2
-                    * torque.rate_hz / count})
+                    * torque.rate_hz / count, 'phase_rad': 2 / size})
 
 
 def _level(unit, period):
@@ -353,12 +363,12 @@ def _level(unit, period):
 
 
 def _sine_fit(values, at, frequency):
-    """Return the sum of squares that a sine explains, and its amplitude."""
+    """Return the sum of squares that a sinusoid explains, and its cosine and sine."""
     columns = np.column_stack([np.cos(2 * np.pi * frequency * at),
                                np.sin(2 * np.pi * frequency * at), np.ones(len(at))])
     centred = columns[:, :2] - columns[:, :2].mean(axis=0)
     found, *_ = np.linalg.lstsq(centred, values - values.mean(), rcond=None)
-    return np.sum((centred @ found) ** 2), np.hypot(*found)
+    return np.sum((centred @ found) ** 2), found
 
 
 def _chance(power, cells):

@@ -15,6 +15,7 @@ from ssi_ros.gap.check import runs
 
 REACH = 30      # rows on each side that a missing one is told from
 LONGEST = 30    # rows in a row that can be filled
+MOST = 3000     # holes of a record that are filled one by one
 
 
 def autocovariance(simulator):
@@ -28,7 +29,15 @@ def autocovariance(simulator):
     return np.fft.irfft(nominal.at(np.ones(len(nominal.names)))[0], axis=0)[:lags]
 
 
-def fill(rows, covariance):
+def filled(simulator, samples):
+    """Return the samples with every hole filled that is short, unless there are too many."""
+    short = [last - first <= LONGEST for first, last in runs(np.isnan(samples.values).any(axis=1))]
+    if not any(short) or len(short) > MOST:
+        return samples
+    return replace(samples, values=fill(samples.values, autocovariance(simulator), strict=False))
+
+
+def fill(rows, covariance, strict=True):
     """
     Return rows without gaps.
 
@@ -38,6 +47,8 @@ def fill(rows, covariance):
         NaN where a sample is missing; runs of up to LONGEST rows.
     covariance : ndarray, shape (m, l, l)
         Of `autocovariance`.
+    strict : bool
+        Whether longer runs are an error; otherwise they are left.
 
     Returns
     -------
@@ -55,6 +66,8 @@ def fill(rows, covariance):
     out = rows.copy()
     for first, last in runs(gone.any(axis=1)):
         if last - first > LONGEST:
+            if not strict:
+                continue
             raise ValueError(f'{last - first} rows are missing in a row; up to {LONGEST} can be '
                              'filled')
         begin, end = max(0, first - REACH), min(len(rows), last + REACH)

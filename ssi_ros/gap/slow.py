@@ -1,0 +1,84 @@
+"""
+What wanders slowly on one channel, below the band that the structure is looked at in, eq. (111).
+
+Noise of a time constant of ten seconds has all its power below 0.02 Hz, where pieces of a minute
+see nothing. There the whole record is one piece, and every channel is held against what the
+others say of it.
+"""
+from dataclasses import replace
+
+import numpy as np
+from scipy.stats import chi2
+
+from ssi_ros.effects import effect_class
+from ssi_ros.gap.spectra import spectra, whole_frame
+from ssi_ros.gap.symptoms import Symptom, within
+
+SURE = 0.01             # p-value above which nothing is reported
+SLOWEST = 2           # bins of the record left out, which its mean disturbs
+FASTEST_HZ = 1.0        # highest frequency looked at
+TAPER_SHARE = 0.1       # of the record, at each end
+TIMES, SIZES = 40, 60   # of the grid of time constants and of sizes
+CELLS = 2.5             # independent time constants, by simulation
+
+
+def slow_signs(simulator, fitted, samples, settings):
+    """
+    Find slow first-order noise on the channel where it is most likely.
+
+    Parameters
+    ----------
+    simulator : Simulator
+        Model side.
+    fitted : Fit
+        The model that holds but for the noise.
+    samples : Samples
+        The record.
+    settings : DiagnosisSettings
+        Band.
+
+    Returns
+    -------
+    tuple of Symptom
+        None or one.
+
+    """
+    present = ~np.isnan(samples.values).any(axis=1)
+    rows, rate_hz = samples.values.shape[0], samples.rate_hz
+    frame = replace(
+        whole_frame(rows, rate_hz, settings, TAPER_SHARE * rows / rate_hz, present),
+        first=SLOWEST, last=max(int(FASTEST_HZ * rows / rate_hz), SLOWEST + 1))
+    side = simulator.on(frame)
+    inverse = np.linalg.inv(side.spectrum(side.setup(fitted.candidate)).at(fitted.levels)[0])
+    seen = np.einsum('kij,kj->ki', inverse, spectra(samples, frame)[0])
+    own = np.einsum('kii->ki', inverse).real
+    times = np.geomspace(0.2, rows / rate_hz, TIMES)
+    recall = np.exp(-1 / rate_hz / times)[:, None]
+    shape = (1 - recall ** 2) / np.abs(
+        1 - recall * np.exp(-2j * np.pi * frame.frequencies_hz / rate_hz)) ** 2
+    best = None
+    for i, channel in enumerate(samples.channels):
+        least = 1 / np.max(shape.max(axis=0) * own[:, i])
+        powers = np.geomspace(0.1 * least, 1e6 * least, SIZES)
+        extra = powers[:, None, None] * shape * own[:, i]       # size, time, bin
+        ratio = np.abs(seen[:, i]) ** 2 / own[:, i]
+        gains = (ratio * extra / (1 + extra) - np.log1p(extra)).sum(axis=2) / frame.crowding
+        if best is None or gains.max() > best[0].max():
+            best = gains, powers, channel
+    gains, powers, channel = best
+    p = min(1.0, CELLS * len(samples.channels) * chi2.sf(2 * max(gains.max(), 0.0), 1) / 2)
+    if p > SURE:
+        return ()
+    weights = np.exp(gains - gains.max())
+    rms, rms_std = _moments(np.log(powers) / 2, weights.sum(axis=1))
+    time, time_std = _moments(np.log(times), weights.sum(axis=0))
+    rms, time = np.exp(rms), np.exp(time)
+    effect = within(effect_class('sensor_drift'), rms_m_s2=rms, time_constant_s=time)
+    return (Symptom(replace(effect, channel=channel), p,
+                    f'{channel} wanders by {rms:.2g} m/s^2 over {time:.2g} s',
+                    {'rms_m_s2': rms * rms_std, 'time_constant_s': time * time_std}),)
+
+
+def _moments(values, weights):
+    mean = np.sum(values * weights) / np.sum(weights)
+    return mean, np.sqrt(np.sum(weights * (values - mean) ** 2) / np.sum(weights))
