@@ -1,5 +1,5 @@
 """
-What wanders slowly on one channel, below the band that the structure is looked at in, eq. (111).
+What wanders slowly on one channel, below the band that the structure is looked at in, eq. (109a).
 
 Noise of a time constant of ten seconds has all its power below 0.02 Hz, where pieces of a minute
 see nothing. There the whole record is one piece, and every channel is held against what the

@@ -85,7 +85,7 @@ def assemble(spacecraft, explicit_hinges=False, hinge_inputs=False):
 
 def _with_give(system, arrays):
     """
-    Return the system with the torque about the hinge of each array as an input, eq. (16a).
+    Return the system with the torque about the hinge of each array as an input, eq. (39a).
 
     Ten modes on a hinge of 1e6 N m/rad hold 2 % of its give 1/k: with them alone an open hinge
     would still hold the array, and a torque that rubs would never stop it.
@@ -183,7 +183,7 @@ def _shares(array):
     Return what forces on the modes of the clamped array do on those of the hinged one, (n, n).
 
     What shakes a structure does not change with its hinge: the forces stay on the modal
-    coordinates that they were declared on, w = phi eta + along alpha, eq. (14a).
+    coordinates that they were declared on, w = phi eta + along alpha, eq. (17a).
     """
     clamped, hinged = _modes(array, True), _modes(array, False)
     slopes = hinged.at(0.0, 0.0, (1, 0))

@@ -34,7 +34,11 @@ def spacecraft():
     'sensor_drift:channel=e2_b,rms_m_s2=0.003,time_constant_s=3', 'sensor_noise:scale=3',
     'dropped_samples:fraction=0.05', 'fuel_slosh:mass_kg=30,frequency_hz=2',
     'attitude_controller:bandwidth_hz=0.2', 'gyroscopic_coupling:momentum_n_m_s=100',
-    'cubic_stiffness:k3_n_m_rad3=1e12,stiffness_n_m_rad=1e5'])
+    'cubic_stiffness:k3_n_m_rad3=1e12,stiffness_n_m_rad=1e5',
+    'cubic_stiffness:k3_n_m_rad3=1.1e18,stiffness_n_m_rad=3.3e5',
+    'hinge_freeplay:gap_rad=2.4e-7,stiffness_n_m_rad=1.3e6',
+    'hinge_friction:torque_n_m=0.13,stiffness_n_m_rad=3.3e5',
+    'hinge_friction:torque_n_m=0.3,stiffness_n_m_rad=1e6'])
 def test_mean_periodogram_is_the_expected_one(text, spacecraft):
     """Whitened by theory, the mean of simulated periodograms is white in every band."""
     setup = inject(spacecraft, [parse_effect(text)] if text else [], SECONDS)
