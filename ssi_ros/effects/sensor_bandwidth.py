@@ -18,7 +18,7 @@ class SensorBandwidth(Effect):
     site = Site.SENSOR
     size = 'corner_hz'
     reference = 'Butterworth, Wireless Engineer 7, 1930'
-    starts = {'corner_hz': (250.0, 60.0)}
+    starts = {'corner_hz': (1000.0, 250.0, 60.0)}
     power = -1.0
 
     channel: str = quantity('all', doc='channel, or all')

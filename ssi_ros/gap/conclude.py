@@ -168,24 +168,37 @@ def _explanation(ranked, probability, before, scores, signs, settings):
     told = {s.effect.name: s.stds for s in signs if hasattr(s, 'effect')}
     parameters = {}
     moved = list(candidate.numbers())
-    for i, e in enumerate(candidate.effects):
+    effects = tuple(_signed(e, signs) for e in candidate.effects)
+    for i, e in enumerate(effects):
         for f in e.numbers():
             value = getattr(e, f.name)
             at = [k for k, (j, g) in enumerate(moved) if j == i and g.name == f.name]
-            if at:
+            if at and e is candidate.effects[i]:
                 x, std = candidate.point()[at[0]], stds[at[0]]
                 low, high = (from_coordinate(f, x + s * 1.645 * std) for s in (-1, 1))
                 std = std * abs(value) if is_log(f) else std
             else:
                 std = told.get(e.name, {}).get(f.name, float('nan'))
                 low, high = value - 1.645 * std, value + 1.645 * std
+                if e.spectral and is_log(f):
+                    low, high = (value * np.exp(s * 1.645 * std / value) for s in (-1, 1))
             parameters[f'{e.name}.{f.name}'] = Value(value, float(std), float(low), float(high),
                                                      f.metadata['unit'])
     share, low, high = closed(before, ranked)
     return Explanation(ranked.names, float(probability),
                        alike(scores, ranked.names, settings.tie_cosine), parameters,
                        ranked.value, share, low, high, bool(ranked.deviations <= INSIDE),
-                       candidate.effects)
+                       effects)
+
+
+def _signed(effect, signs):
+    """Return an effect as its sign has it, where that sees what the fitted band does not."""
+    for s in signs:
+        seen = getattr(s, 'effect', None)
+        if effect.spectral and seen is not None and seen.name == effect.name and all(
+                getattr(seen, f.name) == getattr(effect, f.name) for f in effect.words()):
+            return seen
+    return effect
 
 
 def alike(scores, names, limit):

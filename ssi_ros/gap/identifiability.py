@@ -136,7 +136,7 @@ def _by_signs(cls, simulator, rows, settings):
             at = np.interp(np.linspace(low, high, 200), frame.frequencies_hz, gain ** 2).mean()
             detection = effect.torque_n_m * np.sqrt(at / 2) * np.sum(frame.taper)
     elif cls.name == 'nonstationary_excitation':
-        detection = effect.depth * np.sqrt(rows)
+        detection = effect.depth * np.sqrt(rows * len(simulator.spacecraft.sensors))
     seen = None
     if np.isfinite(detection):
         seen = replace(effect, **{cls.size: getattr(effect, cls.size) * SEEN / detection})
