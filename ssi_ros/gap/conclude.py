@@ -10,7 +10,8 @@ from ssi_ros.gap.rank import closed, posterior
 LEFT_OVER = 3e-3        # p-value of what is left, below which a candidate does not explain
 INSIDE = 3.0            # standard deviations of the held-out gap that count as its floor
 SURE = 0.8              # probability of one effect above which no tie is spoken of
-DOUBTFUL = 0.5          # probability of no effect, above which there is no gap
+DOUBTFUL = 0.5          # probability of no effect, or of an unknown one, that decides
+UNLIKELY = 0.1          # probability of the best effect, below which an unknown one may decide
 TIED = 0.1              # probability of an effect that belongs to a tie
 NOWHERE = (float('nan'),) * 3
 
@@ -118,7 +119,7 @@ def conclude(ranked, before, left, gap, where, scores, signs, words, settings, e
         reason = (f'p = {gap["p_value"]:.2g}, but no effect explains the record better than '
                   f'chance does; the nearest is {" + ".join(top.effects)}')
         verdict = {'effects': (), 'class': (), 'probability': none}
-    elif not inside:
+    elif not inside or (unknown > DOUBTFUL and top.probability < UNLIKELY):
         share = f'{100 * top.closed:.0f} %' if np.isfinite(top.closed) else 'an unknown share'
         outcome, reason = 'UNEXPLAINED', (
             f'nearest is {" + ".join(top.effects)}, which explains {share} of the gap; '

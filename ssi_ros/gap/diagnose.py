@@ -28,7 +28,7 @@ from threadpoolctl import ThreadpoolController
 
 BLAS = ThreadpoolController()   # more threads only slow these small matrices down
 SCORES_SHARE = 0.65     # of the false alarms allowed, that the scores may make
-SIGN_SHARE = 0.07       # and meter, lines, sweeps, pulses, swings each
+SIGN_SHARE = 0.05       # and meter (twice), lines, sweeps, pulses, swings, slow noise each
 TRIED = 4               # candidates that are measured on held-out pieces
 DOUBT = 0.05            # p-value of what is left, below which a second effect is looked for
 FAR = 30.0              # deviations left, above which the size may be far from any start
@@ -111,7 +111,7 @@ def _diagnose(spacecraft, samples, settings, names, pairs, present, tell):
     odd = odd_signs(torque, samples.channels) if whole else ()
     meter = measure(nominal.model, evidence, settings.band_bins)
     gap = {'before': meter.value, 'floor': meter.floor, 'floor_std': meter.floor_std,
-           'p_value': _together(scores.p_value(), meter.deviations, signs + odd)}
+           'p_value': _together(scores.p_value(), _whole_and_local(meter), signs + odd)}
     where = locate(simulator, nominal.model, evidence, settings)
     tell(0.4)
     if wrong and not of_samples:
@@ -135,13 +135,13 @@ def _diagnose(spacecraft, samples, settings, names, pairs, present, tell):
         meter = measure(best.fit.model, evidence, settings.band_bins)
         odd = odd_signs(torque, samples.channels) if whole else ()
         far = meter.deviations > FAR
-        left = _together(rest.p_value(), meter.deviations, more + odd)
+        left = _together(rest.p_value(), _whole_and_local(meter), more + odd)
         if left < DOUBT:
             # perhaps only the expected spectrum of the candidate is not exact
             floor = floor_by_simulation(simulator, best.fit, templates, tolerance, settings,
                                         tuple(s.effect.name for s in more), bool(odd))
-            rest, deviations, more, odd = floor.against(rest, meter, more, odd)
-            left = _together(rest.p_value(), deviations, more + odd)
+            rest, of_meter, more, odd = floor.against(rest, meter, more, odd)
+            left = _together(rest.p_value(), of_meter, more + odd)
         return rest, more, odd, left, far
 
     left, shown = 0.0, signs + odd
@@ -169,9 +169,14 @@ def _diagnose(spacecraft, samples, settings, names, pairs, present, tell):
                     len(names), controls)
 
 
-def _together(p_value, deviations, signs):
+def _whole_and_local(meter):
+    """Return the p-values of the meter, over all frequencies and in the worst stretch of them."""
+    return float(norm.sf(meter.deviations)), meter.local_p_value()
+
+
+def _together(p_value, of_meter, signs):
     """Return the p-value of all tests for a gap together."""
-    others = [float(norm.sf(deviations))] + [s.p_value for s in signs]
+    others = [*of_meter] + [s.p_value for s in signs]
     return float(min(1.0, p_value / SCORES_SHARE, min(others) / SIGN_SHARE))
 
 

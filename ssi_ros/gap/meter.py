@@ -3,6 +3,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.special import digamma, polygamma
+from scipy.stats import gamma
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,6 +23,8 @@ class Gap:
         Between the bands.
     whitened : ndarray, shape (b, l, l)
         W of every band.
+    looks : float
+        Independent spectra in a band.
 
     """
 
@@ -31,6 +34,36 @@ class Gap:
     bands: np.ndarray
     edges_hz: np.ndarray
     whitened: np.ndarray
+    looks: float
+
+    def local_p_value(self, against=None, spread=1.0):
+        """
+        Return the p-value of the worst stretch of bands, of any length that is a power of two.
+
+        A mean over all frequencies hardly minds a gap in few of them, (103a).
+
+        Parameters
+        ----------
+        against : ndarray, shape (b, l, l), optional
+            W that the model leaves of its own records, in place of 1.
+        spread : float
+            How much larger it makes the variance.
+
+        """
+        white, width, least, tries = self.whitened, 1, 1.0, 0
+        if against is not None:
+            lower = np.linalg.inv(np.linalg.cholesky(against))
+            white = lower @ white @ lower.conj().swapaxes(-1, -2)
+        while width <= len(white):
+            count = len(white) // width
+            distance = _distance(white[:count * width].reshape(
+                count, width, *white.shape[1:]).mean(axis=1))
+            floor, std = floor_of_band(self.looks * width, white.shape[-1])
+            # a gamma variable of that mean and deviation
+            least = min(least, gamma.sf(distance.max() / spread, (floor / std) ** 2,
+                                        scale=std ** 2 / floor))
+            tries, width = tries + count, 2 * width
+        return float(min(1.0, tries * least))
 
     @property
     def deviations(self):
@@ -62,15 +95,19 @@ def measure(model, evidence, band_bins):
     count = len(white) // band_bins
     d = white.shape[-1]
     whitened = white[:count * band_bins].reshape(count, band_bins, d, d).mean(axis=1)
-    distance = (np.trace(whitened, axis1=1, axis2=2).real
-                - np.linalg.slogdet(whitened)[1] - d)
+    distance = _distance(whitened)
     frame = evidence.frame
-    floor, spread = floor_of_band(
-        len(evidence.pieces) * band_bins / frame.crowding_of(band_bins), d)
+    looks = len(evidence.pieces) * band_bins / frame.crowding_of(band_bins)
+    floor, spread = floor_of_band(looks, d)
     edges = frame.frequencies_hz[:count * band_bins:band_bins]
     edges = np.append(edges, edges[-1] + band_bins * frame.rate_hz / frame.rows)
     return Gap(float(distance.mean()), floor, spread / np.sqrt(count), distance - floor, edges,
-               whitened)
+               whitened, looks)
+
+
+def _distance(whitened):
+    return (np.trace(whitened, axis1=1, axis2=2).real - np.linalg.slogdet(whitened)[1]
+            - whitened.shape[-1])
 
 
 def floor_of_band(n, d):

@@ -7,6 +7,7 @@ leaves of a simulated record is not held against a candidate.
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.stats import norm
 
 from ssi_ros.effects import inject, simulate_setup
 from ssi_ros.gap.fit import fit
@@ -34,6 +35,8 @@ class Floor:
         Mean of the scores.
     deviations : float
         Mean of the meter, in standard deviations of its floor from theory.
+    whitened : ndarray, shape (b, l, l)
+        Mean of the whitened bands.
     scatter : ndarray, shape (t,)
         Standard deviation of the scores over the records, drawn to that of all together; at
         least 1. Holes leak into all bins alike, so that scores of noise scatter more than
@@ -45,14 +48,16 @@ class Floor:
 
     z: np.ndarray
     deviations: float
+    whitened: np.ndarray
     scatter: np.ndarray
     signs: tuple
 
     def against(self, scores, meter, signs, odd):
-        """Return scores, deviations of the meter, and both kinds of signs, against this floor."""
+        """Return scores, p-values of the meter, and both kinds of signs, against this floor."""
         spread = np.sqrt(1 + 1 / RECORDS)
         return (replace(scores, z=(scores.z - self.z) / self.scatter / spread),
-                (meter.deviations - self.deviations) / spread,
+                (float(norm.sf((meter.deviations - self.deviations) / spread)),
+                 meter.local_p_value(self.whitened, spread ** 2)),
                 tuple(s for s in signs if s.effect.name not in self.signs),
                 tuple(s for s in odd if s.name not in self.signs))
 
@@ -82,20 +87,21 @@ def floor_by_simulation(simulator, best, templates, tolerance, settings, names=(
     frame = simulator.frame
     craft = at_levels(simulator.spacecraft, best.levels)
     setup = inject(craft, simulator.present + best.candidate.effects, simulator.duration_s)
-    z, deviations, seen = [], [], []
+    z, meters, seen = [], [], []
     for i in range(RECORDS):
         samples = filled(simulator, simulate_setup(setup, SEED + i))
         evidence = Evidence(frame, spectra(samples, frame), frame.used)
         again = fit(simulator, evidence, best.candidate, best.levels, REFIT_STEPS, tolerance)
         z.append(score(templates, again, evidence, tolerance).z)
-        deviations.append(measure(again.model, evidence, settings.band_bins).deviations)
+        meters.append(measure(again.model, evidence, settings.band_bins))
         if names or odd:
             torque = reconstruct(simulator, again, samples, settings)
             seen += [s.effect.name for s in torque_signs(torque, names)]
             seen += [s.name for s in odd_signs(torque, samples.channels)] if odd else []
     variance = np.var(z, axis=0, ddof=1)
     variance = (TRUST * variance.mean() + (RECORDS - 1) * variance) / (TRUST + RECORDS - 1)
-    return Floor(np.mean(z, axis=0), float(np.mean(deviations)),
+    return Floor(np.mean(z, axis=0), float(np.mean([m.deviations for m in meters])),
+                 np.mean([m.whitened for m in meters], axis=0),
                  np.sqrt(np.maximum(1.0, variance)),
                  tuple(n for n in set(seen) if seen.count(n) > 1))
 
