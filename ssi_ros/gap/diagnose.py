@@ -10,7 +10,7 @@ from ssi_ros.gap.candidate import Candidate, starting_points
 from ssi_ros.gap.check import centred, longest_part, match
 from ssi_ros.gap.conclude import conclude, no_gap, texts, too_little, wrong_level
 from ssi_ros.gap.fit import fit, level_gap, Simulator
-from ssi_ros.gap.holes import filled
+from ssi_ros.gap.holes import filled, without_rails
 from ssi_ros.gap.likelihood import Evidence
 from ssi_ros.gap.meter import measure
 from ssi_ros.gap.rank import Ranked, try_held_out, unseen, worth
@@ -75,7 +75,7 @@ def diagnose(spacecraft, samples, settings=DiagnosisSettings(), *, effects=None,
 def _diagnose(spacecraft, samples, settings, names, pairs, present, tell):
     samples = match(spacecraft, samples)
     of_samples = symptoms(samples)
-    samples = centred(samples)
+    samples = centred(without_rails(samples, [s.effect for s in of_samples]))
     try:
         frame = make_frame(len(samples.values), samples.rate_hz, settings,
                            ~np.isnan(samples.values).any(axis=1))

@@ -29,6 +29,22 @@ def autocovariance(simulator):
     return np.fft.irfft(nominal.at(np.ones(len(nominal.names)))[0], axis=0)[:lags]
 
 
+def without_rails(samples, effects):
+    """
+    Return the samples with those at the rails of a `saturation` among effects missing.
+
+    What a rail cut off is told from its neighbours like a lost sample; where it cut off too much
+    for that, the samples are returned as they are.
+    """
+    limit = min((e.limit_m_s2 for e in effects if e.name == 'saturation'), default=np.inf)
+    with np.errstate(invalid='ignore'):
+        railed = np.abs(samples.values) >= limit
+    at = runs(railed.any(axis=1))
+    if not 0 < len(at) <= MOST or max(last - first for first, last in at) > LONGEST:
+        return samples
+    return replace(samples, values=np.where(railed, np.nan, samples.values))
+
+
 def filled(simulator, samples):
     """Return the samples with every hole filled that is short, unless there are too many."""
     short = [last - first <= LONGEST for first, last in runs(np.isnan(samples.values).any(axis=1))]

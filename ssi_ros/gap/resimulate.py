@@ -11,7 +11,7 @@ from scipy.stats import norm
 
 from ssi_ros.effects import inject, simulate_setup
 from ssi_ros.gap.fit import fit
-from ssi_ros.gap.holes import filled
+from ssi_ros.gap.holes import filled, without_rails
 from ssi_ros.gap.likelihood import Evidence
 from ssi_ros.gap.meter import measure
 from ssi_ros.gap.scores import score
@@ -89,7 +89,8 @@ def floor_by_simulation(simulator, best, templates, tolerance, settings, names=(
     setup = inject(craft, simulator.present + best.candidate.effects, simulator.duration_s)
     z, meters, seen = [], [], []
     for i in range(RECORDS):
-        samples = filled(simulator, simulate_setup(setup, SEED + i))
+        samples = filled(simulator, without_rails(
+            simulate_setup(setup, SEED + i), simulator.present + best.candidate.effects))
         evidence = Evidence(frame, spectra(samples, frame), frame.used)
         again = fit(simulator, evidence, best.candidate, best.levels, REFIT_STEPS, tolerance)
         z.append(score(templates, again, evidence, tolerance).z)
