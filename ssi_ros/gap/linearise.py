@@ -83,7 +83,7 @@ class _Hinge:
     def __init__(self, system, law):
         self.law = law
         column = system.input[:, system.inputs.index(law.hinge)]
-        give = system.dofs.index(law.hinge.replace('_hinge', '_give'))
+        give = system.dofs.index(law.hinge.removesuffix('_hinge') + '_give')
         self.modes = np.where(np.arange(len(column)) == give, 0.0, column)      # rad by freedom
         each = column[give] / system.stiffness[give, give]
         self.give = each * column[give]                                         # rad/(N m)
