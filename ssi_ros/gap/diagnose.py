@@ -84,6 +84,8 @@ def _diagnose(spacecraft, samples, settings, names, pairs, present, tell):
     duration_s = len(samples.values) / samples.rate_hz
     simulator = Simulator(spacecraft, frame, duration_s, present)
     mended = filled(simulator, samples)
+    # what is filled in is wrong by a little that is slow too
+    slow = slow_signs if mended is samples else lambda *_: ()
     if mended is not samples:
         samples = mended
         frame = make_frame(len(samples.values), samples.rate_hz, settings,
@@ -105,7 +107,7 @@ def _diagnose(spacecraft, samples, settings, names, pairs, present, tell):
     sought = tuple(n for n in wanted if n != 'wheel_speed_sweep' or part is samples)
     torque = reconstruct(simulator, nominal, part, settings)
     signs = tuple(s for s in of_samples + torque_signs(torque, sought)
-                  + slow_signs(simulator, nominal, part, settings) if s.effect.name in wanted)
+                  + slow(simulator, nominal, part, settings) if s.effect.name in wanted)
     # a missing row is a hole, which looks like a spike on all channels
     whole = not np.isnan(part.values).any()
     odd = odd_signs(torque, samples.channels) if whole else ()
@@ -130,7 +132,7 @@ def _diagnose(spacecraft, samples, settings, names, pairs, present, tell):
         torque = reconstruct(simulator, best.fit, part, settings)
         others = tuple(n for n in sought if n not in best.names)
         more = torque_signs(torque, others) + tuple(
-            s for s in of_samples + slow_signs(simulator, best.fit, part, settings)
+            s for s in of_samples + slow(simulator, best.fit, part, settings)
             if s.effect.name in others)
         meter = measure(best.fit.model, evidence, settings.band_bins)
         odd = odd_signs(torque, samples.channels) if whole else ()

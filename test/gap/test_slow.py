@@ -3,7 +3,6 @@ import pytest
 
 from ssi_ros.effects import inject, parse_effect, simulate_setup
 from ssi_ros.gap.fit import fit, Simulator
-from ssi_ros.gap.holes import filled
 from ssi_ros.gap.likelihood import Evidence
 from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.gap.slow import slow_signs
@@ -19,7 +18,6 @@ def signs_of(*texts, seed=3):
     samples = simulate_setup(inject(spacecraft, [parse_effect(t) for t in texts], SECONDS), seed)
     frame = make_frame(len(samples.values), 100.0, SETTINGS)
     simulator = Simulator(spacecraft, frame, SECONDS)
-    samples = filled(simulator, samples)
     evidence = Evidence(frame, spectra(samples, frame), tuple(range(frame.pieces)))
     return slow_signs(simulator, fit(simulator, evidence), samples, SETTINGS)
 
@@ -38,10 +36,3 @@ def test_slow_noise_is_found_with_its_numbers(rms, time):
 def test_what_turns_the_whole_hub_is_no_slow_noise(text):
     """One fixed record each: reported at 1 % only."""
     assert signs_of(*[text] if text else []) == ()
-
-
-def test_slow_noise_is_found_between_lost_rows():
-    """Rows lost at random would hide it, were they zeros; they are filled first."""
-    (sign,) = signs_of('dropped_samples:fraction=0.02',
-                       'sensor_drift:channel=e1_b,rms_m_s2=5e-5,time_constant_s=5')
-    assert sign.effect.channel == 'e1_b' and sign.p_value < 1e-6
