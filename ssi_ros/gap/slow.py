@@ -12,10 +12,9 @@ from scipy.stats import chi2
 
 from ssi_ros.effects import effect_class
 from ssi_ros.gap.spectra import spectra, whole_frame
-from ssi_ros.gap.symptoms import Symptom, within
+from ssi_ros.gap.symptoms import moments, SURE, Symptom, within
 
-SURE = 0.01             # p-value above which nothing is reported
-SLOWEST = 2           # bins of the record left out, which its mean disturbs
+SLOWEST = 2             # bins of the record left out, which its mean disturbs
 FASTEST_HZ = 1.0        # highest frequency looked at
 TAPER_SHARE = 0.1       # of the record, at each end
 TIMES, SIZES = 40, 60   # of the grid of time constants and of sizes
@@ -70,15 +69,10 @@ def slow_signs(simulator, fitted, samples, settings):
     if p > SURE:
         return ()
     weights = np.exp(gains - gains.max())
-    rms, rms_std = _moments(np.log(powers) / 2, weights.sum(axis=1))
-    time, time_std = _moments(np.log(times), weights.sum(axis=0))
+    rms, rms_std = moments(np.log(powers) / 2, weights.sum(axis=1))
+    time, time_std = moments(np.log(times), weights.sum(axis=0))
     rms, time = np.exp(rms), np.exp(time)
     effect = within(effect_class('sensor_drift'), rms_m_s2=rms, time_constant_s=time)
     return (Symptom(replace(effect, channel=channel), p,
                     f'{channel} wanders by {rms:.2g} m/s^2 over {time:.2g} s',
                     {'rms_m_s2': rms * rms_std, 'time_constant_s': time * time_std}),)
-
-
-def _moments(values, weights):
-    mean = np.sum(values * weights) / np.sum(weights)
-    return mean, np.sqrt(np.sum(weights * (values - mean) ** 2) / np.sum(weights))

@@ -4,12 +4,11 @@ import numpy as np
 from scipy.fft import fft, next_fast_len
 
 from ssi_ros.effects import effect_class
-from ssi_ros.gap.symptoms import Symptom, within
+from ssi_ros.gap.symptoms import SURE, Symptom, within
 
 PIECES = 10             # of the record, each coherent in itself in the first search
 KEPT = 12               # places of the first search that are refined
 FINE = 2                # bins of a piece are so much closer than 1 / its length
-SURE = 0.01             # p-value above which nothing is reported
 
 
 def sweep(torque):

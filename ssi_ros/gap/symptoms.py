@@ -9,6 +9,7 @@ import numpy as np
 
 from ssi_ros.effects import effect_class
 
+SURE = 0.01             # p-value above which no sign is reported
 RAIL_HITS = 3           # times that a channel must show exactly its extreme
 
 
@@ -50,6 +51,13 @@ def within(cls, **values):
     ranges = {f.name: f.metadata for f in cls.numbers()}
     return cls(**{k: float(min(max(v, ranges[k]['low']), ranges[k]['high']))
                   for k, v in values.items()})
+
+
+def moments(values, weights):
+    """Return mean and standard deviation of a distribution on an uneven grid."""
+    weights = weights * np.gradient(values)
+    mean = np.sum(weights * values) / np.sum(weights)
+    return float(mean), float(np.sqrt(np.sum(weights * (values - mean) ** 2) / np.sum(weights)))
 
 
 def symptoms(samples):

@@ -13,9 +13,8 @@ from scipy.stats import gamma, norm
 from ssi_ros.effects import effect_class
 from ssi_ros.gap.spectra import spectra, whole_frame
 from ssi_ros.gap.sweeps import sweep
-from ssi_ros.gap.symptoms import Oddity, Symptom, within
+from ssi_ros.gap.symptoms import moments, Oddity, SURE, Symptom, within
 
-SURE = 0.01             # p-value above which nothing is reported
 EDGE_S = 1.0            # on which the taper rises and falls at the ends of the record
 RINGS_S = 6.0           # left out at both ends, where the taper disturbs what filters recall
 LEAST_PEAK = 3.3        # standard deviations of a peak that counts
@@ -284,14 +283,7 @@ def _pulse_likelihood(torque, unit, gain):
     p = float(min(1.0, 4 * np.exp(-values.max())))
     # few pulses of one height and more of a smaller one look alike: means over all that fit
     weights = np.exp(values - values.max())
-    return (p, _moments(sizes, weights.sum(axis=1)), _moments(counts, weights.sum(axis=0)), quiet)
-
-
-def _moments(values, weights):
-    """Return mean and standard deviation of a distribution on an uneven grid."""
-    weights = weights * np.gradient(values)
-    mean = np.sum(weights * values) / np.sum(weights)
-    return float(mean), float(np.sqrt(np.sum(weights * (values - mean) ** 2) / np.sum(weights)))
+    return (p, moments(sizes, weights.sum(axis=1)), moments(counts, weights.sum(axis=0)), quiet)
 
 
 def _peaks(unit, ring):

@@ -65,9 +65,7 @@ class PlateModes:
 
     def overlap(self, other):
         """Return the integrals of rho h phi_i phi_j with the modes of another root, (n, m)."""
-        along, across = _beams(self.plate)
-        mass = self.plate.area_density_kg_m2 * np.kron(along.gram(0, 0), across.gram(0, 0))
-        return self.coefficients.T @ mass @ other.coefficients
+        return self.coefficients.T @ _mass(self.plate) @ other.coefficients
 
     def moments(self):
         """Return the integrals of rho h phi times 1, along_m and lateral_m, shape (3, n)."""
@@ -111,7 +109,7 @@ def plate_modes(plate, modes, hinge_n_m_rad=math.inf):
             f'modes={modes} is too many for the mesh of elements_along={plate.elements_along} x '
             f'elements_across={plate.elements_across}, which carries {free // DOFS_A_MODE}; '
             'refine the mesh or ask for fewer modes')
-    mass = plate.area_density_kg_m2 * np.kron(along.gram(0, 0), across.gram(0, 0))
+    mass = _mass(plate)
     nu = plate.poisson_ratio
     cross = np.kron(along.gram(2, 0), across.gram(0, 2))
     stiffness = plate.stiffness_n_m * (
@@ -147,6 +145,11 @@ def leissa_parameter(plate, frequency_hz):
 def _beams(plate):
     return (_Beam(plate.length_m, plate.elements_along),
             _Beam(plate.width_m, plate.elements_across))
+
+
+def _mass(plate):
+    along, across = _beams(plate)
+    return plate.area_density_kg_m2 * np.kron(along.gram(0, 0), across.gram(0, 0))
 
 
 class _Beam:

@@ -94,7 +94,7 @@ def _with_give(system, arrays):
     turn = np.zeros((len(arrays), len(system.inputs)))
     for column, row, a in zip(slopes.T, turn, arrays):
         modes = _places(system.dofs, a, '_eta')
-        column[modes] = _modes(a, False).at(0.0, 0.0, (1, 0))
+        column[modes] = _root_slopes(a)
         # A force on a mode of the clamped array does no work on the hinge: what it turns the modes
         # by at rest, the give takes back.
         forces = _places(system.inputs, a, '_force')
@@ -172,6 +172,11 @@ def _modes(array, explicit_hinges):
     return plate_modes(array.plate, array.modes, hinge)
 
 
+def _root_slopes(array):
+    """Return the angle of an array's hinge by each of its modes, (n,)."""
+    return _modes(array, False).at(0.0, 0.0, (1, 0))
+
+
 def _places(names, array, kind):
     """Return where the modes of an array are among names."""
     return [names.index(f'{array.name}{kind}{i + 1}') for i in range(array.modes)]
@@ -186,8 +191,8 @@ def _shares(array):
     coordinates that they were declared on, w = phi eta + along alpha, eq. (17a).
     """
     clamped, hinged = _modes(array, True), _modes(array, False)
-    slopes = hinged.at(0.0, 0.0, (1, 0))
-    return read_only((clamped.overlap(hinged) - np.outer(clamped.moments()[1], slopes)).T)
+    turned = np.outer(clamped.moments()[1], _root_slopes(array))
+    return read_only((clamped.overlap(hinged) - turned).T)
 
 
 def _array_inertia(array):

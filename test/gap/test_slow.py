@@ -1,25 +1,11 @@
 """Slow noise of one channel, which no piece of a minute shows, and what is not it."""
+from gap_records import look
 import pytest
-
-from ssi_ros.effects import inject, parse_effect, simulate_setup
-from ssi_ros.gap.fit import fit, Simulator
-from ssi_ros.gap.likelihood import Evidence
-from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.gap.slow import slow_signs
-from ssi_ros.gap.spectra import make_frame, spectra
-from ssi_ros.model import load_spacecraft
-
-SECONDS = 600.0
-SETTINGS = DiagnosisSettings()
 
 
-def signs_of(*texts, seed=3):
-    spacecraft = load_spacecraft()
-    samples = simulate_setup(inject(spacecraft, [parse_effect(t) for t in texts], SECONDS), seed)
-    frame = make_frame(len(samples.values), 100.0, SETTINGS)
-    simulator = Simulator(spacecraft, frame, SECONDS)
-    evidence = Evidence(frame, spectra(samples, frame), tuple(range(frame.pieces)))
-    return slow_signs(simulator, fit(simulator, evidence), samples, SETTINGS)
+def signs_of(*texts):
+    return look(slow_signs, 600.0, texts)
 
 
 @pytest.mark.parametrize('rms, time', [(3e-5, 2.0), (2e-5, 12.0)])

@@ -1,27 +1,14 @@
 """Disturbances of the torque: found with their numbers, and not found where there are none."""
+from gap_records import look
 import numpy as np
 import pytest
-
-from ssi_ros.effects import inject, parse_effect, simulate_setup
-from ssi_ros.gap.fit import fit, Simulator
-from ssi_ros.gap.likelihood import Evidence
-from ssi_ros.gap.settings import DiagnosisSettings
-from ssi_ros.gap.spectra import make_frame, spectra
+from ssi_ros.effects import parse_effect
 from ssi_ros.gap.sweeps import sweep
 from ssi_ros.gap.torque import line, pulses, reconstruct, swing
-from ssi_ros.model import load_spacecraft
-
-SECONDS = 300.0
-SETTINGS = DiagnosisSettings()
 
 
-def torque_of(*texts, seed=3):
-    spacecraft = load_spacecraft()
-    samples = simulate_setup(inject(spacecraft, [parse_effect(t) for t in texts], SECONDS), seed)
-    frame = make_frame(len(samples.values), 100.0, SETTINGS)
-    simulator = Simulator(spacecraft, frame, SECONDS)
-    evidence = Evidence(frame, spectra(samples, frame), tuple(range(frame.pieces)))
-    return reconstruct(simulator, fit(simulator, evidence), samples, SETTINGS)
+def torque_of(*texts):
+    return look(reconstruct, 300.0, texts)
 
 
 @pytest.fixture(scope='module')
