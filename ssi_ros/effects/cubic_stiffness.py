@@ -17,6 +17,7 @@ class CubicStiffness(Effect):
     reference = 'docs/theory.md, eq. (38)'
     starts = {'k3_n_m_rad3': (1e14,), 'stiffness_n_m_rad': (1e5, 1e4)}
     nonlinear = True
+    hinge = True
 
     array: str = quantity('E1', doc='array')
     k3_n_m_rad3: float = quantity(0.0, unit='N m/rad^3', low=0.0, high=1e20,

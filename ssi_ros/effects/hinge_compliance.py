@@ -14,6 +14,7 @@ class HingeCompliance(Effect):
     reference = 'docs/theory.md, section 2 (plate with a hinged root)'
     starts = {'stiffness_n_m_rad': (3e6, 3e5, 3e4)}
     power = -1.0
+    hinge = True
 
     array: str = quantity('E1', doc='array')
     stiffness_n_m_rad: float = quantity(float('inf'), unit='N m/rad', low=10.0,

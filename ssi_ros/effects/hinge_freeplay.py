@@ -17,6 +17,7 @@ class HingeFreeplay(Effect):
     reference = 'docs/theory.md, eq. (38)'
     starts = {'gap_rad': (3e-7,), 'stiffness_n_m_rad': (1e6, 1e5)}
     nonlinear = True
+    hinge = True
 
     array: str = quantity('E1', doc='array')
     gap_rad: float = quantity(0.0, unit='rad', low=0.0, high=0.1, doc='half of the play')

@@ -17,6 +17,7 @@ class HingeFriction(Effect):
     reference = 'docs/theory.md, eq. (38)'
     starts = {'torque_n_m': (0.01,), 'stiffness_n_m_rad': (1e6, 1e5)}
     nonlinear = True
+    hinge = True
 
     array: str = quantity('E1', doc='array')
     torque_n_m: float = quantity(0.0, unit='N m', low=0.0, high=1e4, doc='Coulomb torque')

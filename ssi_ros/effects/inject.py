@@ -26,11 +26,16 @@ def inject(spacecraft, effects=(), duration_s=600.0):
     Raises
     ------
     ValueError
-        If an effect names a channel or an array that is not there, or cannot act on it.
+        If an effect names a channel or an array that is not there, or cannot act on it, or two
+        set the hinge of one array.
 
     """
     effects = tuple(e for e in effects if not e.is_null)
+    hinged = {}
     for e in effects:
+        if e.hinge and hinged.setdefault(e.array, e) is not e:
+            raise ValueError(f'{hinged[e.array].name} and {e.name} both set the hinge of '
+                             f'{e.array}; give one of them, with the stiffness of that hinge')
         spacecraft = e.spacecraft(spacecraft)
     system = assemble(spacecraft, hinge_inputs=any(e.nonlinear for e in effects))
     setup = Setup(spacecraft, system, system.rate_hz, duration_s)

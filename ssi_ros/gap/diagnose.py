@@ -155,7 +155,7 @@ def _diagnose(spacecraft, samples, settings, names, pairs, present, tell):
         if pairs and left < DOUBT:
             single = ranked[0]
             search.tell = lambda share: tell(0.7 + 0.2 * share)
-            ranked = sorted(ranked + search.pairs(scores, rest, ranked, signs + more),
+            ranked = sorted(ranked + search.pairs(scores, rest, ranked, signs, more),
                             key=lambda r: -worth(r, len(names)))
             if ranked[0] is not single:
                 rest, more, odd, left, _ = left_by(ranked[0])

@@ -15,6 +15,7 @@ from ssi_ros.gap.holes import filled, without_rails
 from ssi_ros.gap.likelihood import Evidence
 from ssi_ros.gap.meter import measure
 from ssi_ros.gap.scores import score
+from ssi_ros.gap.slow import slow_signs
 from ssi_ros.gap.spectra import spectra
 from ssi_ros.gap.torque import odd_signs, reconstruct, torque_signs
 
@@ -98,6 +99,8 @@ def floor_by_simulation(simulator, best, templates, tolerance, settings, names=(
         if names or odd:
             torque = reconstruct(simulator, again, samples, settings)
             seen += [s.effect.name for s in torque_signs(torque, names)]
+            seen += [s.effect.name for s in slow_signs(simulator, again, samples, settings)
+                     if s.effect.name in names]
             seen += [s.name for s in odd_signs(torque, samples.channels)] if odd else []
     variance = np.var(z, axis=0, ddof=1)
     variance = (TRUST * variance.mean() + (RECORDS - 1) * variance) / (TRUST + RECORDS - 1)

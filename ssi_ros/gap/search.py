@@ -62,7 +62,7 @@ class Search:
         more = self._fit_all([Candidate((e,)) for e in starts], signs, self.nominal)
         return self._sorted(known + more)
 
-    def pairs(self, scores, second, singles, signs):
+    def pairs(self, scores, second, singles, signs, more):
         """
         Fit the pairs of effects that explain most together.
 
@@ -72,8 +72,8 @@ class Search:
             Of the nominal model, and of what the best single effect leaves.
         singles : list of Ranked
             Best first.
-        signs : sequence of Symptom
-            Beside which a second effect may act.
+        signs, more : sequence of Symptom
+            Of the nominal model, and those that the best single effect leaves.
 
         Returns
         -------
@@ -83,14 +83,16 @@ class Search:
         best = singles[0].fit.candidate
         couples = [best.with_one_more(e) for e in promising(second, PAIRS)
                    if e.name not in best.names]
-        couples += [best.with_one_more(s.effect) for s in signs if s.effect.name not in best.names]
+        couples += [best.with_one_more(s.effect) for s in more if s.effect.name not in best.names]
         couples += [Candidate(p) for p in promising_pairs(scores, PAIRS)]
         unique = {}
         for couple in couples:
             unique.setdefault(tuple(sorted(
                 (e.name, *(getattr(e, f.name) for f in e.words())) for e in couple.effects)),
                 couple)
-        return self._fit_all(list(unique.values()), signs, singles[0].fit)
+        # what the best effect explains alone is no merit of a second one
+        kept = [s for s in signs if s.effect.name in best.names] + list(more)
+        return self._fit_all(list(unique.values()), kept, singles[0].fit)
 
     def at_random(self, templates, known):
         """Fit one effect that nothing speaks for, drawn at random but the same for a record."""

@@ -15,6 +15,7 @@ from ssi_ros.gap.spectra import spectra, whole_frame
 from ssi_ros.gap.symptoms import moments, SURE, Symptom, within
 
 SLOWEST = 2             # bins of the record left out, which its mean disturbs
+AROUND = 3.0            # bins left out on both sides of a mode that does not settle
 FASTEST_HZ = 1.0        # highest frequency looked at
 TAPER_SHARE = 0.1       # of the record, at each end
 TIMES, SIZES = 40, 60   # of the grid of time constants and of sizes
@@ -48,13 +49,15 @@ def slow_signs(simulator, fitted, samples, settings):
         whole_frame(rows, rate_hz, settings, TAPER_SHARE * rows / rate_hz, present),
         first=SLOWEST, last=max(int(FASTEST_HZ * rows / rate_hz), SLOWEST + 1))
     side = simulator.on(frame)
-    inverse = np.linalg.inv(side.spectrum(side.setup(fitted.candidate)).at(fitted.levels)[0])
-    seen = np.einsum('kij,kj->ki', inverse, spectra(samples, frame)[0])
+    setup = side.setup(fitted.candidate)
+    known = _away_from_unsettled(setup.system.state_space, frame)
+    inverse = np.linalg.inv(side.spectrum(setup).at(fitted.levels)[0][known])
+    seen = np.einsum('kij,kj->ki', inverse, spectra(samples, frame)[0][known])
     own = np.einsum('kii->ki', inverse).real
     times = np.geomspace(0.2, rows / rate_hz, TIMES)
     recall = np.exp(-1 / rate_hz / times)[:, None]
     shape = (1 - recall ** 2) / np.abs(
-        1 - recall * np.exp(-2j * np.pi * frame.frequencies_hz / rate_hz)) ** 2
+        1 - recall * np.exp(-2j * np.pi * frame.frequencies_hz[known] / rate_hz)) ** 2
     best = None
     for i, channel in enumerate(samples.channels):
         least = 1 / np.max(shape.max(axis=0) * own[:, i])
@@ -76,3 +79,17 @@ def slow_signs(simulator, fitted, samples, settings):
     return (Symptom(replace(effect, channel=channel), p,
                     f'{channel} wanders by {rms:.2g} m/s^2 over {time:.2g} s',
                     {'rms_m_s2': rms * rms_std, 'time_constant_s': time * time_std}),)
+
+
+def _away_from_unsettled(system, frame):
+    """
+    Return the bins away from modes that ring longer than the record, bool, shape (k,).
+
+    Momentum of wheels lets the craft nutate without damping: its power grows with time, and no
+    expected spectrum holds there.
+    """
+    poles = system.diagonal[0]
+    step_hz = frame.rate_hz / frame.rows
+    lines_hz = poles.imag[(poles.imag > 0) & (-poles.real < step_hz)] / (2 * np.pi)
+    away = np.abs(frame.frequencies_hz[:, None] - lines_hz) > AROUND * step_hz
+    return away.all(axis=1)

@@ -128,7 +128,8 @@ class Sampled:
         return replace(
             self, poles=np.append(self.poles, 0.0), weight=np.append(self.weight, 1.0),
             b=np.vstack([self.b, row]), c=np.column_stack([self.c, column]),
-            d=self.d - np.outer(column, row))
+            d=self.d - np.outer(column, row), vectors=np.pad(self.vectors, ((0, 0), (0, 1))),
+            inverse=np.pad(self.inverse, ((0, 1), (0, 0))))
 
     def response(self, z):
         """Return the transfer function at every z = exp(j omega dt), (f, l, m), eq. (22)."""

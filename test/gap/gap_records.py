@@ -9,11 +9,11 @@ from ssi_ros.model import load_spacecraft
 SETTINGS = DiagnosisSettings()
 
 
-def look(sign, seconds, texts, seed=3):
-    """Return what `reconstruct` or `slow_signs` makes of a record with effects."""
+def look(sign, seconds, texts, seed=3, known=()):
+    """Return what `reconstruct` or `slow_signs` makes of a record with effects, some of them known."""
     spacecraft = load_spacecraft()
     samples = simulate_setup(inject(spacecraft, [parse_effect(t) for t in texts], seconds), seed)
     frame = make_frame(len(samples.values), 100.0, SETTINGS)
-    simulator = Simulator(spacecraft, frame, seconds)
+    simulator = Simulator(spacecraft, frame, seconds, known)
     evidence = Evidence(frame, spectra(samples, frame), tuple(range(frame.pieces)))
     return sign(simulator, fit(simulator, evidence), samples, SETTINGS)

@@ -38,10 +38,12 @@ def spacecraft():
     'cubic_stiffness:k3_n_m_rad3=1.1e18,stiffness_n_m_rad=3.3e5',
     'hinge_freeplay:gap_rad=2.4e-7,stiffness_n_m_rad=1.3e6',
     'hinge_friction:torque_n_m=0.13,stiffness_n_m_rad=3.3e5',
-    'hinge_friction:torque_n_m=0.3,stiffness_n_m_rad=1e6'])
+    'hinge_friction:torque_n_m=0.3,stiffness_n_m_rad=1e6',
+    'hinge_friction:torque_n_m=0.13,stiffness_n_m_rad=3.3e5 '
+    'harmonic_disturbance:frequency_hz=12.013,torque_n_m=1'])
 def test_mean_periodogram_is_the_expected_one(text, spacecraft):
     """Whitened by theory, the mean of simulated periodograms is white in every band."""
-    setup = inject(spacecraft, [parse_effect(text)] if text else [], SECONDS)
+    setup = inject(spacecraft, [parse_effect(t) for t in text.split()], SECONDS)
     seen = 0.0
     for seed in range(RECORDS):
         samples = simulate_setup(setup, seed)

@@ -1,6 +1,7 @@
 """Slow noise of one channel, which no piece of a minute shows, and what is not it."""
 from gap_records import look
 import pytest
+from ssi_ros.effects import parse_effect
 from ssi_ros.gap.slow import slow_signs
 
 
@@ -22,3 +23,10 @@ def test_slow_noise_is_found_with_its_numbers(rms, time):
 def test_what_turns_the_whole_hub_is_no_slow_noise(text):
     """One fixed record each: reported at 1 % only."""
     assert signs_of(*[text] if text else []) == ()
+
+
+def test_a_nutation_is_no_slow_noise():
+    """Four records of wheels of 51.5 N m s: once the model has them, none is taken for noise."""
+    text = 'gyroscopic_coupling:momentum_n_m_s=51.5'
+    for seed in range(4):
+        assert look(slow_signs, 600.0, [text], seed, (parse_effect(text),)) == ()
