@@ -14,10 +14,10 @@ class ChannelDelay(Effect):
     site = Site.SENSOR
     size = 'delay_s'
     reference = 'shift theorem, on the band below half of the rate'
-    starts = {'delay_s': (-2e-4, 2e-4)}
+    starts = {'delay_s': (2e-4,)}
 
     channel: str = quantity('e1_a', doc='channel')
-    delay_s: float = quantity(0.0, unit='s', low=-1.0, high=1.0, doc='delay')
+    delay_s: float = quantity(0.0, unit='s', low=0.0, high=1.0, doc='delay')
 
     def apply(self, setup):
         """Return the setup with the delay."""

@@ -19,7 +19,7 @@ DECADES = 6.0           # nats that the logarithm of an unknown size may lie in
 SINGLE, PAIR = 0.6, 0.1         # prior odds to "something else", 0.1, and to no effect, 0.2
 UNKNOWN, NONE = 0.1, 0.2
 SIZES = np.array([0.5, 2.0, 4.0, 8.0, 16.0])    # deviations that an effect may be worth
-UNSEEN = 0.5            # share of the effects without a template that is not seen
+UNSEEN = 0.5            # share of effects, without a template or beside another, that is not seen
 SHARP = 0.15            # a: how seldom something unknown leaves a p-value that is not small
 
 
@@ -154,7 +154,9 @@ def closed(before, after):
 
 def posterior(ranked, nominal, left, effects, temperature):
     """
-    Return probabilities of the candidates, of "none" and of "unknown", which sum to 1.
+    Return probabilities of the candidates, of "none" and of "unknown", which sum to 1, eq. (113b).
+
+    Unknown is also what another effect, too small to be told, adds to a single one.
 
     Parameters
     ----------
@@ -184,6 +186,8 @@ def posterior(ranked, nominal, left, effects, temperature):
     odds = np.log(UNKNOWN / SINGLE * SHARP) + (SHARP - 1) * np.log(max(left, 1e-300))
     logs = np.append((logs - logs.max()) / temperature, odds)
     weights = np.exp(logs - logs.max())
+    alone = [w for r, w in zip(ranked, weights) if len(r.names) == 1]
+    weights[-1] += PAIR / SINGLE * UNSEEN * sum(alone)
     weights = weights / weights.sum()
     return weights[:-2], float(weights[-2]), float(weights[-1])
 

@@ -346,12 +346,12 @@ def swing(torque):
 
 
 def _level(unit, period):
-    """Return the sinusoidal level of a series, of a period in samples."""
+    """Return the sinusoidal level of a series about 1, of a period in samples."""
     turn = np.exp(2j * np.pi * np.arange(len(unit)) / period)
     columns = np.column_stack([np.ones(len(unit)), turn.real, turn.imag])
     # mean magnitudes follow the level and mind pulses less than squares do
     found, *_ = np.linalg.lstsq(columns, np.abs(unit), rcond=None)
-    return np.maximum(columns @ found, 0.2 * found[0])
+    return np.maximum(columns @ found / found[0], 0.2)
 
 
 def _sine_fit(values, at, frequency):

@@ -127,6 +127,6 @@ def test_one_hinge_an_array(spacecraft):
     """Two effects that set the same hinge are refused by name; on two arrays they are fine."""
     two = ['cubic_stiffness:array=E2,k3_n_m_rad3=1e12', 'hinge_compliance:array=E2,'
            'stiffness_n_m_rad=1e6']
-    with pytest.raises(ValueError, match='cubic_stiffness and hinge_compliance both set the hinge'):
+    with pytest.raises(ValueError, match='cubic_stiffness and hinge_compliance both set'):
         inject(spacecraft, [parse_effect(t) for t in two])
     inject(spacecraft, [parse_effect(two[0]), parse_effect(two[1].replace('E2', 'E1'))])

@@ -10,7 +10,7 @@ SETTINGS = DiagnosisSettings()
 
 
 def look(sign, seconds, texts, seed=3, known=()):
-    """Return what `reconstruct` or `slow_signs` makes of a record with effects, some of them known."""
+    """Return what `reconstruct` or `slow_signs` makes of a record, some of its effects known."""
     spacecraft = load_spacecraft()
     samples = simulate_setup(inject(spacecraft, [parse_effect(t) for t in texts], seconds), seed)
     frame = make_frame(len(samples.values), 100.0, SETTINGS)
