@@ -16,6 +16,7 @@ from ssi_ros.effects.base import is_log
 from validation.report import figure, table, write
 
 COVERED = 1.645         # standard deviations of a 90 % interval
+LEAST = 2e-4            # nats off the held-out gap, below which shares of it are noise
 
 
 def detected(case):
@@ -155,6 +156,29 @@ def draw_closed(cases):
             *table(('effect', "d'", 'true effect', 'first answer', 'best of another class'), rows)]
 
 
+def rivals(cases):
+    """Return the best candidate of another class for each case named right and told by G."""
+    rows, shares = [], []
+    for case in filter(in_class, cases):
+        best = case['candidates'][0]
+        before = next(k['gap_after'] for k in case['candidates'] if k['effects'] == ['unknown'])
+        gain = before - best['gap_after']
+        others = [(before - k['gap_after'], k['probability'], '+'.join(k['effects']))
+                  for k in case['candidates'] + case['controls']
+                  if 'gap_after' in k and not set(k['effects'])
+                  & {*case['verdict']['class'], 'none', 'unknown'}]
+        if not others or gain < LEAST:
+            continue
+        took, probability, name = max(others)
+        shares.append(took / gain)
+        rows.append((case['texts'][0], f"{case['detection']:g}", f'{1e3 * gain:.2f}', name,
+                     f'{100 * took / gain:.0f}', f'{probability:.2g}'))
+    return [f'{len(rows)} cases; the share has the median {100 * np.median(shares):.0f} %, '
+            f'{sum(s > 1 for s in shares)} are above 100 %.', '',
+            *table(('effect', "d'", 'first answer takes [1e-3 nats]', 'best of another class',
+                    'takes of that [%]', 'probability'), rows)]
+
+
 def main():
     """Read the command line."""
     parser = argparse.ArgumentParser(description=__doc__.strip().splitlines()[0])
@@ -175,6 +199,8 @@ def main():
         '## What is closed', '', 'Where the gap is three standard deviations above its floor; '
         'rails and steps change no expected spectrum, so they close nothing at their true size.',
         '', '![](../figures/diagnosis_closed.png)', '', *draw_closed(cases),
+        '## The best wrong candidate', '', 'What it takes off the gap on pieces that its fit did '
+        'not see, of what the right answer takes.', '', *rivals(cases),
         '## Parameters', '', *parameters(cases)],
         seed=f'{first} to {last}', command=f'gap_figures {" ".join(files)}')
 
