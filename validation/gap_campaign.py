@@ -137,7 +137,6 @@ def closed_by_truth(oracle, samples, effects):
     for present in ((), tuple(effects)):
         simulator = Simulator(oracle.spacecraft, frame, SECONDS, present)
         levels = fit(simulator, evidence).levels
-        simulator = simulator.at(levels)
         tolerance = tolerances(simulator, Candidate(), levels, oracle.settings)
         fitted = fit(simulator, evidence, levels=levels, tolerance=tolerance)
         sides.append(try_held_out(simulator, evidence, Ranked(fitted), oracle.settings, tolerance))

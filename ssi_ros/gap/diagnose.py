@@ -1,5 +1,6 @@
 """Diagnose the gap between a model and a record: is there one, where, why, what is left."""
-from functools import lru_cache
+from dataclasses import replace
+from functools import cache, lru_cache
 
 import numpy as np
 from scipy.stats import norm
@@ -11,6 +12,7 @@ from ssi_ros.gap.check import centred, longest_part, match
 from ssi_ros.gap.conclude import conclude, no_gap, texts, too_little, wrong_level
 from ssi_ros.gap.fit import fit, level_gap, Simulator
 from ssi_ros.gap.holes import filled, without_rails
+from ssi_ros.gap.indirect import made_by
 from ssi_ros.gap.likelihood import Evidence
 from ssi_ros.gap.meter import measure
 from ssi_ros.gap.rank import Ranked, try_held_out, unseen, worth
@@ -95,9 +97,8 @@ def _diagnose(spacecraft, samples, settings, names, pairs, present, tell):
     there = {e.name for e in present}
     wanted = tuple(n for n in names if n not in there)
     templates = _templates(spacecraft, len(samples.values), settings, names, present, tell)
-    # The first fit gives the levels that the tolerances are drawn at.
+    # the first fit gives the levels that the tolerances are drawn at
     levels = fit(simulator, evidence).levels
-    simulator = simulator.at(levels)
     wrong = level_gap(levels)
     tolerance = tolerances(simulator, Candidate(), levels, settings)
     nominal = fit(simulator, evidence, levels=levels, tolerance=tolerance)
@@ -127,6 +128,10 @@ def _diagnose(spacecraft, samples, settings, names, pairs, present, tell):
                     lambda share: tell(0.4 + 0.3 * share))
     ranked = search.singles(scores, signs)
 
+    @cache
+    def made(fitted):
+        return made_by(simulator, fitted, tolerance)
+
     def left_by(best):
         rest = score(templates, best.fit, evidence, tolerance)
         torque = reconstruct(simulator, best.fit, part, settings)
@@ -140,8 +145,9 @@ def _diagnose(spacecraft, samples, settings, names, pairs, present, tell):
         left = _together(rest.p_value(), _whole_and_local(meter), more + odd)
         if left < DOUBT:
             # perhaps only the expected spectrum of the candidate is not exact
-            floor = floor_by_simulation(simulator, best.fit, templates, tolerance, settings,
-                                        tuple(s.effect.name for s in more), bool(odd))
+            floor = floor_by_simulation(
+                simulator, best.fit, made(best.fit), templates, tolerance, settings,
+                tuple(s.effect.name for s in more), bool(odd))
             rest, of_meter, more, odd = floor.against(rest, meter, more, odd)
             left = _together(rest.p_value(), of_meter, more + odd)
         return rest, more, odd, left, far
@@ -159,6 +165,7 @@ def _diagnose(spacecraft, samples, settings, names, pairs, present, tell):
                             key=lambda r: -worth(r, len(names)))
             if ranked[0] is not single:
                 rest, more, odd, left, _ = left_by(ranked[0])
+        ranked[0] = replace(ranked[0], made=made(ranked[0].fit))
         # a mode that moved looks like a line beside it: what went with the effect is not told
         shown = tuple(s for s in signs if s.effect.name in ranked[0].names) + more + odd
     tell(0.9)

@@ -9,6 +9,7 @@ from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.expected import expected
 from ssi_ros.gap.likelihood import whiten
 from ssi_ros.gap.tolerance import no_tolerance
+from ssi_ros.model.excitation import source, White
 
 STEPS = 12
 ENOUGH = 0.02           # gain of the log likelihood below which a fit stops
@@ -58,28 +59,26 @@ class Fit:
 class Simulator:
     """The model side of a diagnosis: spacecraft and frame; expected spectra of candidates."""
 
-    def __init__(self, spacecraft, frame, duration_s, present=(), powers=None):
+    def __init__(self, spacecraft, frame, duration_s, present=()):
         self.spacecraft, self.frame, self.duration_s = spacecraft, frame, duration_s
-        self.present, self.powers = tuple(present), dict(powers or {})
+        self.present = tuple(present)
 
     def on(self, frame):
         """Return the same model side in another frame."""
-        return Simulator(self.spacecraft, frame, self.duration_s, self.present, self.powers)
+        return Simulator(self.spacecraft, frame, self.duration_s, self.present)
 
-    def at(self, levels):
-        """Return the same model side, its hinges shaken at fitted levels."""
-        return Simulator(self.spacecraft, self.frame, self.duration_s, self.present,
-                         zip(self.expected(Candidate()).names, levels))
-
-    def setup(self, candidate):
-        """Return the setup of a candidate, on top of the effects that are already there."""
+    def setup(self, candidate, levels=None):
+        """Return the setup of a candidate beside what is there, its hinges shaken at levels."""
         found = inject(self.spacecraft, self.present + candidate.effects, self.duration_s)
-        return replace(found, powers=self.powers) if found.laws else found
+        if levels is None or not found.laws:
+            return found
+        names = [p.name for p in found.system.excitation if isinstance(source(p), White)]
+        return replace(found, powers=dict(zip(names, levels)))
 
-    def expected(self, candidate):
+    def expected(self, candidate, levels=None):
         """Return its expected periodograms; None where it cannot exist, as off the array."""
         try:
-            found = self.spectrum(self.setup(candidate))
+            found = self.spectrum(self.setup(candidate, levels))
         except (ValueError, np.linalg.LinAlgError, OverflowError):
             return None
         parts = (*found.shares, found.fixed)
@@ -115,7 +114,7 @@ def fit(simulator, evidence, candidate=Candidate(), levels=None, steps=STEPS, to
         None if the candidate cannot be computed where it begins.
 
     """
-    now = simulator.expected(candidate)
+    now = simulator.expected(candidate, levels)
     if now is None:
         return None
     if tolerance is None:
@@ -145,9 +144,10 @@ def fit(simulator, evidence, candidate=Candidate(), levels=None, steps=STEPS, to
                 return None
             step = step * min(1.0, np.min(caps / np.maximum(np.abs(step), 1e-300)))
             trial = candidate.moved(x + step[len(logs):])
-            then = simulator.expected(trial)
+            ahead = here.logs + step[:len(logs)]
+            then = simulator.expected(trial, np.exp(ahead))
             if then is not None:
-                there = _Place(then, here.logs + step[:len(logs)], evidence, tolerance)
+                there = _Place(then, ahead, evidence, tolerance)
                 if there.value > here.value:
                     gain, here, candidate = there.value - here.value, there, trial
                     x = np.array(candidate.point())
@@ -244,7 +244,7 @@ def _differences(simulator, candidate, x, scales, now, logs):
             at[i] += sign * PROBE * scale
             moved = candidate.moved(at)
             width = moved.point()[i] - x[i]
-            there = simulator.expected(moved) if width else None
+            there = simulator.expected(moved, levels) if width else None
             if there is not None:
                 slopes.append((there.at(levels) - here) / width)
                 break

@@ -6,7 +6,9 @@ and what of it follows angle, speed and the jolts of the load is put into that s
 again until both agree. The rest of the torque becomes a noise of its own.
 """
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
+from numba import njit
 import numpy as np
 
 from ssi_ros.model.excitation import columns
@@ -102,8 +104,7 @@ class _Hinge:
         """Return stiffness and damping by mode, (2, n), share of the jolts, rms of the rest."""
         finer = FINER if self.law.kind == 'friction' else 1
         lines, omega = self._motion(sampled, covariance, system, finer)
-        jolts = np.sqrt(self.jolts @ covariance @ self.jolts) * np.repeat(
-            np.random.default_rng(SEED).standard_normal(LENGTH), finer)
+        jolts = np.sqrt(self.jolts @ covariance @ self.jolts) * np.repeat(_chance()[0], finer)
         torque = torques(self.law, np.fft.irfft(lines) + jolts, self.give)
         answer = np.fft.rfft(torque)
         both, power = answer * lines.conj(), np.abs(lines) ** 2
@@ -150,14 +151,38 @@ class _Hinge:
                 row[states[dof]] = turn
         variance = sampled.state_covariance(covariance)
         weights = (row @ sampled.vectors) * (sampled.inverse @ variance @ row) * sampled.weight
-        # The spectrum of R(m) = Re sum_s weight_s pole_s^m; a radius above 1 makes every peak as
-        # wide as the lines are apart.
-        circle = np.exp(np.pi / LENGTH + 2j * np.pi * np.arange(LENGTH // 2) / LENGTH)
-        away = (sampled.poles * weights / 2 / (circle[:, None] - sampled.poles)
-                + (sampled.poles * weights).conj() / 2 / (circle[:, None] - sampled.poles.conj()))
-        power = np.maximum(row @ variance @ row + 2 * away.sum(axis=1).real, 0.0)
-        phases = np.exp(2j * np.pi * np.random.default_rng(SEED + 1).random(len(power)))
+        power = _power(sampled.poles, sampled.poles * weights, row @ variance @ row, LENGTH)
         lines = np.zeros(LENGTH * finer // 2 + 1, complex)
-        lines[1:len(power)] = (np.sqrt(power) * phases)[1:]
+        lines[1:len(power)] = (np.sqrt(power) * _chance()[1])[1:]
         scale = np.sqrt(row @ variance @ row) / np.fft.irfft(lines).std()
         return scale * lines, 2 * np.pi * np.arange(len(lines)) * system.rate_hz / LENGTH
+
+
+@lru_cache
+def _chance():
+    """Return the jolts, unit variance, and the phases of all motions."""
+    return (np.random.default_rng(SEED).standard_normal(LENGTH),
+            np.exp(2j * np.pi * np.random.default_rng(SEED + 1).random(LENGTH // 2)))
+
+
+@njit(cache=True, fastmath=True, error_model='numpy')
+def _power(poles, weights, variance, length):
+    """
+    Return the spectrum of R(m) = Re sum_s weight_s pole_s^(m - 1), R(0) = variance, (length / 2,).
+
+    A radius above 1 makes every peak as wide as the lines are apart.
+    """
+    power = np.empty(length // 2)
+    for k in range(len(power)):
+        turn = 2 * np.pi * k / length
+        x, y = np.exp(np.pi / length) * np.cos(turn), np.exp(np.pi / length) * np.sin(turn)
+        total = variance
+        for pole, weight in zip(poles, weights):
+            # weight / (x + jy - pole) and that of the conjugates, over one denominator
+            twice, square = 2 * pole.real, pole.real ** 2 + pole.imag ** 2
+            below = x * x - y * y - twice * x + square
+            beside = 2 * x * y - twice * y
+            top = weight.real * x - weight.real * pole.real - weight.imag * pole.imag
+            total += 2 * (top * below + weight.real * y * beside) / (below ** 2 + beside ** 2)
+        power[k] = max(total, 0.0)
+    return power

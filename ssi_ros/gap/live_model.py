@@ -107,9 +107,9 @@ class _Nominal(Simulator):
 
     _kept = None
 
-    def expected(self, candidate):
+    def expected(self, candidate, levels=None):
         if candidate.effects:
-            return super().expected(candidate)
+            return super().expected(candidate, levels)
         if self._kept is None:
             self._kept = super().expected(candidate)
         return self._kept

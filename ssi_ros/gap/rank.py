@@ -4,12 +4,13 @@ Rank fitted candidates: evidence of the record, held-out gap, probabilities; eq.
 The evidence is the likelihood at the fit less what the candidate's freedom costs (Laplace), so
 that four numbers do not win by their number.
 """
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ssi_ros.effects.base import is_log
 from ssi_ros.gap.fit import Fit, fit
+from ssi_ros.gap.indirect import Made
 from ssi_ros.gap.meter import measure
 
 REFIT_STEPS = 3
@@ -38,6 +39,8 @@ class Ranked:
         Among how many places the effects' were chosen.
     held_out : tuple of Gap
         On the pieces that each of two fits did not see; empty before `try_held_out`.
+    made : Made, optional
+        What a simulator has to be given instead of the fit, of a nonlinear candidate.
 
     """
 
@@ -45,6 +48,12 @@ class Ranked:
     bonus: float = 0.0
     places: int = 1
     held_out: tuple = ()
+    made: Made = None
+
+    @property
+    def told(self):
+        """Candidate whose numbers are the answer."""
+        return self.made.candidate if self.made else self.fit.candidate
 
     @property
     def names(self):
@@ -132,7 +141,7 @@ def try_held_out(simulator, evidence, ranked, settings, tolerance):
         half = fit(simulator, train, ranked.fit.candidate, ranked.fit.levels, REFIT_STEPS,
                    tolerance)
         gaps.append(measure(half.model, test, settings.band_bins))
-    return Ranked(ranked.fit, ranked.bonus, ranked.places, tuple(gaps))
+    return replace(ranked, held_out=tuple(gaps))
 
 
 def closed(before, after):

@@ -9,14 +9,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import norm
 
-from ssi_ros.effects import inject, simulate_setup
 from ssi_ros.gap.fit import fit
-from ssi_ros.gap.holes import filled, without_rails
-from ssi_ros.gap.likelihood import Evidence
+from ssi_ros.gap.indirect import records
 from ssi_ros.gap.meter import measure
 from ssi_ros.gap.scores import score
 from ssi_ros.gap.slow import slow_signs
-from ssi_ros.gap.spectra import spectra
 from ssi_ros.gap.torque import odd_signs, reconstruct, torque_signs
 
 RECORDS = 5
@@ -42,8 +39,8 @@ class Floor:
         Standard deviation of the scores over the records, drawn to that of all together; at
         least 1. Holes leak into all bins alike, so that scores of noise scatter more than
         independent bins would.
-    signs : tuple of str
-        Signs, by effect or name, that at least two records show.
+    signs : dict of str to list of float
+        p-values of the signs of the records, by effect or name.
 
     """
 
@@ -51,7 +48,7 @@ class Floor:
     deviations: float
     whitened: np.ndarray
     scatter: np.ndarray
-    signs: tuple
+    signs: dict
 
     def against(self, scores, meter, signs, odd):
         """Return scores, p-values of the meter, and both kinds of signs, against this floor."""
@@ -59,11 +56,17 @@ class Floor:
         return (replace(scores, z=(scores.z - self.z) / self.scatter / spread),
                 (float(norm.sf((meter.deviations - self.deviations) / spread)),
                  meter.local_p_value(self.whitened, spread ** 2)),
-                tuple(s for s in signs if s.effect.name not in self.signs),
-                tuple(s for s in odd if s.name not in self.signs))
+                tuple(s for s in signs if not self.shows(s.effect.name, s.p_value)),
+                tuple(s for s in odd if not self.shows(s.name, s.p_value)))
+
+    def shows(self, name, p_value):
+        """Return whether two of the records show a sign, or one as strongly."""
+        seen = self.signs.get(name, ())
+        return len(seen) > 1 or any(p <= p_value for p in seen)
 
 
-def floor_by_simulation(simulator, best, templates, tolerance, settings, names=(), odd=False):
+def floor_by_simulation(simulator, best, made, templates, tolerance, settings, names=(),
+                        odd=False):
     """
     Simulate a fitted candidate and look at what it leaves of its own records.
 
@@ -73,6 +76,8 @@ def floor_by_simulation(simulator, best, templates, tolerance, settings, names=(
         Model side.
     best : Fit
         The candidate.
+    made : Made
+        What it is simulated with.
     templates, tolerance, settings
         As for the record.
     names : sequence of str
@@ -85,37 +90,21 @@ def floor_by_simulation(simulator, best, templates, tolerance, settings, names=(
     Floor
 
     """
-    frame = simulator.frame
-    craft = at_levels(simulator.spacecraft, best.levels)
-    setup = inject(craft, simulator.present + best.candidate.effects, simulator.duration_s)
-    z, meters, seen = [], [], []
-    for i in range(RECORDS):
-        samples = filled(simulator, without_rails(
-            simulate_setup(setup, SEED + i), simulator.present + best.candidate.effects))
-        evidence = Evidence(frame, spectra(samples, frame), frame.used)
+    z, meters, seen = [], [], {}
+    for samples, evidence in records(simulator, made, SEED, RECORDS):
         again = fit(simulator, evidence, best.candidate, best.levels, REFIT_STEPS, tolerance)
         z.append(score(templates, again, evidence, tolerance).z)
         meters.append(measure(again.model, evidence, settings.band_bins))
         if names or odd:
             torque = reconstruct(simulator, again, samples, settings)
-            seen += [s.effect.name for s in torque_signs(torque, names)]
-            seen += [s.effect.name for s in slow_signs(simulator, again, samples, settings)
-                     if s.effect.name in names]
-            seen += [s.name for s in odd_signs(torque, samples.channels)] if odd else []
+            found = [(s.effect.name, s.p_value) for s in torque_signs(torque, names)
+                     + slow_signs(simulator, again, samples, settings)]
+            if odd:
+                found += [(s.name, s.p_value) for s in odd_signs(torque, samples.channels)]
+            for name, p_value in found:
+                seen.setdefault(name, []).append(p_value)
     variance = np.var(z, axis=0, ddof=1)
     variance = (TRUST * variance.mean() + (RECORDS - 1) * variance) / (TRUST + RECORDS - 1)
     return Floor(np.mean(z, axis=0), float(np.mean([m.deviations for m in meters])),
                  np.mean([m.whitened for m in meters], axis=0),
-                 np.sqrt(np.maximum(1.0, variance)),
-                 tuple(n for n in set(seen) if seen.count(n) > 1))
-
-
-def at_levels(spacecraft, levels):
-    """Return a spacecraft whose torque, process noise and sensor noise have levels of power."""
-    torque, process, noise = np.sqrt(levels)
-    excitation = spacecraft.excitation
-    return replace(
-        spacecraft, noise_rms_m_s2=spacecraft.noise_rms_m_s2 * float(noise),
-        excitation=replace(
-            excitation, process_noise_rms=excitation.process_noise_rms * float(process),
-            torque_rms_n_m=tuple(float(t * torque) for t in excitation.torque_rms_n_m)))
+                 np.sqrt(np.maximum(1.0, variance)), seen)

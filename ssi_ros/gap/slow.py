@@ -49,7 +49,7 @@ def slow_signs(simulator, fitted, samples, settings):
         whole_frame(rows, rate_hz, settings, TAPER_SHARE * rows / rate_hz, present),
         first=SLOWEST, last=max(int(FASTEST_HZ * rows / rate_hz), SLOWEST + 1))
     side = simulator.on(frame)
-    setup = side.setup(fitted.candidate)
+    setup = side.setup(fitted.candidate, fitted.levels)
     known = _away_from_unsettled(setup.system.state_space, frame)
     inverse = np.linalg.inv(side.spectrum(setup).at(fitted.levels)[0][known])
     seen = np.einsum('kij,kj->ki', inverse, spectra(samples, frame)[0][known])

@@ -11,6 +11,7 @@ import numpy as np
 
 from ssi_ros.effects.edits import mix, scale_stiffness
 from ssi_ros.gap.likelihood import hermitian, real_vectors, white
+from ssi_ros.gap.linearise import linearise
 
 STEP = 1e-4             # relative change for a difference quotient
 LEAST = 0.05            # of a whitened spectrum: a smaller one is no longer a small correction
@@ -97,7 +98,8 @@ def tolerances(simulator, candidate, levels, settings):
     Tolerance
 
     """
-    setup = replace(simulator.setup(candidate), drift=0.0)
+    # hinges are made linear once: so small a change of the rest leaves them as they are
+    setup = replace(linearise(simulator.setup(candidate, levels)), drift=0.0)
     base = simulator.spectrum(setup).at(levels)
     lower = np.linalg.inv(np.linalg.cholesky(base))
     names, vectors = [], []

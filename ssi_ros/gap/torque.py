@@ -133,7 +133,7 @@ def torque_filter(simulator, candidate, levels, frame):
 
     """
     whole = simulator.on(frame)
-    setup = whole.setup(candidate)
+    setup = whole.setup(candidate, levels)
     inverse = np.linalg.inv(whole.spectrum(setup).at(levels)[0])
     system = setup.system
     h = system.transfer(frame.frequencies_hz, system.rate_hz)[

@@ -76,6 +76,13 @@ class White:
         return np.diag(variances)
 
 
+def source(part):
+    """Return what a part is before its level varies or its colour is taken."""
+    while isinstance(part, (Varying, Coloured)):
+        part = part.part
+    return part
+
+
 @dataclass(frozen=True)
 class Varying:
     """A part times the level 1 + depth sin(2 pi t / period_s + phase_rad), eq. (29)."""

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from ssi_ros.effects import inject, library, parse_effect, simulate_setup
+from ssi_ros.effects.base import is_log
 from ssi_ros.gap.candidate import Candidate, starting_points
 from ssi_ros.gap.expected import expected
 from ssi_ros.gap.fit import fit, Simulator
@@ -101,14 +102,16 @@ def test_right_model_is_at_the_floor_with_standard_scores(spacecraft):
                                                        'scale'),
     ('channel_delay:channel=e1_b,delay_s=0.002', 'delay_s'), ('hub_inertia:scale=1.2', 'scale')])
 def test_fit_finds_the_size(text, name, spacecraft):
-    """From the null value on, Fisher scoring finds the size within its own spread."""
+    """From its start or null on, Fisher scoring finds the size within its own spread."""
     effect = parse_effect(text)
     samples = simulate_setup(inject(spacecraft, [effect], SECONDS), 7)
     frame = make_frame(len(samples.values), 100.0, SETTINGS)
     evidence = Evidence(frame, spectra(samples, frame), tuple(range(frame.pieces)))
-    start = replace(effect, **{name: getattr(type(effect)(), name)})
-    found = fit(Simulator(spacecraft, frame, SECONDS), evidence, Candidate((start,)))
+    field = next(f for f in effect.numbers() if f.name == name)
+    begin = effect.starts[name][0] if is_log(field) else field.default
+    start = Candidate((replace(effect, **{name: begin}),))
+    found = fit(Simulator(spacecraft, frame, SECONDS), evidence, start)
     std = np.sqrt(found.covariance[0, 0])
-    error = getattr(found.candidate.effects[0], name) - getattr(effect, name)
-    assert abs(error) < 4 * std        # 4 sd: one seed, a fixed one
-    assert std < abs(getattr(effect, name) - getattr(start, name)) / 4     # and it is seen
+    true = Candidate((effect,)).point()[0]
+    assert abs(found.candidate.point()[0] - true) < 4 * std    # 4 sd: one seed, a fixed one
+    assert std < abs(true - start.point()[0]) / 4              # and it is seen

@@ -7,8 +7,9 @@ import pytest
 from ssi_ros.effects import inject, parse_effect, simulate_setup
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.fit import fit, Simulator
+from ssi_ros.gap.indirect import at_levels, Made
 from ssi_ros.gap.likelihood import Evidence, log_likelihood
-from ssi_ros.gap.resimulate import at_levels, floor_by_simulation
+from ssi_ros.gap.resimulate import floor_by_simulation
 from ssi_ros.gap.scores import make_templates
 from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.gap.spectra import make_frame, spectra
@@ -69,7 +70,8 @@ def test_floor_by_simulation_is_the_floor_where_the_spectrum_is_exact(simulator)
     best = fit(simulator, evidence)
     templates = make_templates(simulator, [parse_effect('sensor_gain:channel=e1_a,scale=1.002'),
                                            parse_effect('damping_scale:scale=1.1')])
-    floor = floor_by_simulation(simulator, best, templates, free, DiagnosisSettings())
+    made = Made(best.candidate, best.levels)
+    floor = floor_by_simulation(simulator, best, made, templates, free, DiagnosisSettings())
     # the mean of five standard scores: 5 sd
     assert np.all(np.abs(floor.z) < 5 / np.sqrt(5)) and abs(floor.deviations) < 5 / np.sqrt(5)
     louder = at_levels(simulator.spacecraft, np.array([4.0, 9.0, 1.0]))

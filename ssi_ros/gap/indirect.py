@@ -1,0 +1,112 @@
+"""
+What a nonlinear candidate has to be so that it looks as the record does: eq. (120).
+
+The expected spectrum of a hinge with play is that of its equivalent linear one, and a fit of it
+errs where the motion is far from Gaussian. A fit of a simulated record errs alike, which corrects
+it: indirect inference (Gourieroux, Monfort and Renault, J. Appl. Econometrics 8, 1993).
+"""
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ssi_ros.effects import inject, simulate_setup
+from ssi_ros.gap.candidate import Candidate
+from ssi_ros.gap.fit import fit
+from ssi_ros.gap.holes import filled, without_rails
+from ssi_ros.gap.likelihood import Evidence
+from ssi_ros.gap.spectra import spectra
+
+ROUNDS = 5              # simulations and fits, at most
+RECORDS = 2             # of a round
+STEP = 0.9              # share of the difference that a round takes
+ENOUGH = 1.5            # standard deviations: two of what the mean of two records scatters by
+FITTED_STEPS = 6        # of the fit of a simulated record
+SEED = 9_100_000        # far from seeds that records are made with
+
+
+@dataclass(frozen=True, eq=False)
+class Made:
+    """
+    What a simulator has to be given so that a fit finds what it found in a record.
+
+    Attributes
+    ----------
+    candidate : Candidate
+        The effects.
+    levels : ndarray
+        Power over nominal: each random part of the excitation, sensor noise.
+    spread : float
+        By which its numbers scatter more than those of the fit.
+
+    """
+
+    candidate: Candidate
+    levels: np.ndarray
+    spread: float = 1.0
+
+
+def records(simulator, made, seed, count):
+    """Yield records made with effects and levels, treated as a record is, and their evidence."""
+    effects = simulator.present + made.candidate.effects
+    setup = inject(at_levels(simulator.spacecraft, made.levels), effects, simulator.duration_s)
+    frame = simulator.frame
+    for i in range(count):
+        samples = filled(simulator, without_rails(simulate_setup(setup, seed + i), effects))
+        yield samples, Evidence(frame, spectra(samples, frame), frame.used)
+
+
+def at_levels(spacecraft, levels):
+    """Return a spacecraft whose torque, process noise and sensor noise have levels of power."""
+    torque, process, noise = np.sqrt(levels)
+    excitation = spacecraft.excitation
+    return replace(
+        spacecraft, noise_rms_m_s2=spacecraft.noise_rms_m_s2 * float(noise),
+        excitation=replace(
+            excitation, process_noise_rms=excitation.process_noise_rms * float(process),
+            torque_rms_n_m=tuple(float(t * torque) for t in excitation.torque_rms_n_m)))
+
+
+def made_by(simulator, fitted, tolerance):
+    """
+    Correct the fit of a candidate by fits of records that it makes.
+
+    Parameters
+    ----------
+    simulator : Simulator
+        Model side.
+    fitted : Fit
+        Of the record.
+    tolerance : Tolerance
+        What is fitted beside.
+
+    Returns
+    -------
+    Made
+        The fit itself where no effect of it is nonlinear.
+
+    """
+    found = Made(fitted.candidate, fitted.levels)
+    if not any(e.nonlinear for e in fitted.candidate.effects):
+        return found
+    count = len(fitted.candidate.point())
+    target = _place(fitted)
+    spread = np.concatenate([np.sqrt(np.maximum(np.diag(fitted.covariance), 0.0)),
+                             np.full(len(fitted.levels), np.inf)])
+    x = target.copy()
+    for _ in range(ROUNDS):
+        again = [fit(simulator, evidence, fitted.candidate, fitted.levels, FITTED_STEPS, tolerance)
+                 for _, evidence in records(simulator, found, SEED, RECORDS)]
+        if any(a is None for a in again):
+            break
+        off = target - np.mean([_place(a) for a in again], axis=0)
+        if np.all(np.abs(off) <= ENOUGH * spread):
+            break
+        x = x + STEP * off
+        found = Made(fitted.candidate.moved(x[:count]), np.exp(x[count:]),
+                     np.sqrt(1 + 1 / RECORDS))
+    return found
+
+
+def _place(fitted):
+    """Return the coordinates of a fit, numbers and logarithms of the levels."""
+    return np.concatenate([fitted.candidate.point(), np.log(fitted.levels)])

@@ -1,0 +1,43 @@
+"""Numbers of a hinge that sticks, which its equivalent linear hinge gets wrong."""
+import numpy as np
+from ssi_ros.effects import inject, parse_effect, simulate_setup
+from ssi_ros.gap.candidate import Candidate
+from ssi_ros.gap.fit import fit, Simulator
+from ssi_ros.gap.indirect import made_by
+from ssi_ros.gap.likelihood import Evidence
+from ssi_ros.gap.settings import DiagnosisSettings
+from ssi_ros.gap.spectra import make_frame, spectra
+from ssi_ros.gap.tolerance import no_tolerance
+from ssi_ros.model import load_spacecraft
+
+SECONDS = 120.0
+FRICTION = parse_effect('hinge_friction:array=E1,torque_n_m=0.2,stiffness_n_m_rad=2e5')
+
+
+def fitted(effect):
+    """Return the model side and the fit of a record with an effect."""
+    spacecraft = load_spacecraft()
+    samples = simulate_setup(inject(spacecraft, [effect], SECONDS), 7)
+    frame = make_frame(len(samples.values), 100.0, DiagnosisSettings())
+    simulator = Simulator(spacecraft, frame, SECONDS)
+    evidence = Evidence(frame, spectra(samples, frame), frame.used)
+    return simulator, fit(simulator, evidence, Candidate((effect,)))
+
+
+def test_friction_is_corrected_by_what_its_fit_errs_on_its_own_records():
+    """A hinge that sticks half of the time: its stiffness was two fifths too large."""
+    simulator, found = fitted(FRICTION)
+    (before,) = found.candidate.effects
+    made = made_by(simulator, found, no_tolerance(simulator.frame, 4))
+    (after,) = made.candidate.effects
+    errors = [abs(np.log(e.stiffness_n_m_rad / FRICTION.stiffness_n_m_rad))
+              for e in (before, after)]
+    assert errors[1] < min(0.2, 0.6 * errors[0]) and made.spread > 1
+    assert abs(after.torque_n_m / FRICTION.torque_n_m - 1) < 0.2
+
+
+def test_a_linear_effect_is_its_fit():
+    """Nothing is simulated for an exact spectrum."""
+    simulator, found = fitted(parse_effect('hub_inertia:scale=1.1'))
+    made = made_by(simulator, found, no_tolerance(simulator.frame, 4))
+    assert made.candidate is found.candidate and made.levels is found.levels
