@@ -86,9 +86,10 @@ class Effect:
     Class attributes: `name`, `site`, `size` (the quantity that is null when there is no effect),
     `reference` (where the physics is written), `starts` (values from which a fit begins, and which
     score the effect), `spectral` (whether the expected spectrum tells its numbers; if not, a sign
-    of the samples or of the torque does), `nonlinear`, `hinge` (whether it sets the root hinge of
-    its array, which only one effect can), `power` (of its size, that the change of a spectrum
-    follows where it is small: 2 for an rms, -2 for a corner).
+    of the samples or of the torque does), `nonlinear` (then its expected spectrum is not exact),
+    `hinge` (whether it sets the root hinge of its array, which only one effect can), `power` (of
+    its size, that the change of a spectrum follows where it is small: 2 for an rms, -2 for a
+    corner).
     """
 
     name = ''

@@ -37,7 +37,7 @@ def inject(spacecraft, effects=(), duration_s=600.0):
             raise ValueError(f'{hinged[e.array].name} and {e.name} both set the hinge of '
                              f'{e.array}; give one of them, with the stiffness of that hinge')
         spacecraft = e.spacecraft(spacecraft)
-    system = assemble(spacecraft, hinge_inputs=any(e.nonlinear for e in effects))
+    system = assemble(spacecraft, hinge_inputs=any(e.nonlinear and e.hinge for e in effects))
     setup = Setup(spacecraft, system, system.rate_hz, duration_s)
     for e in effects:
         setup = e.apply(setup)

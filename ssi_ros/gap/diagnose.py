@@ -1,5 +1,5 @@
 """Diagnose the gap between a model and a record: is there one, where, why, what is left."""
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cache, lru_cache
 
 import numpy as np
@@ -34,6 +34,18 @@ SIGN_SHARE = 0.05       # and meter (twice), lines, sweeps, pulses, swings, slow
 TRIED = 4               # candidates that are measured on held-out pieces
 DOUBT = 0.05            # p-value of what is left, below which a second effect is looked for
 FAR = 30.0              # deviations left, above which the size may be far from any start
+
+
+@dataclass(frozen=True, eq=False)
+class _Left:
+    """What a candidate leaves: scores, signs, p-value of all, how far, what its own records do."""
+
+    scores: object
+    signs: tuple
+    odd: tuple
+    p_value: float
+    far: bool
+    floor: float = 0.0
 
 
 def diagnose(spacecraft, samples, settings=DiagnosisSettings(), *, effects=None, pairs=True,
@@ -141,33 +153,35 @@ def _diagnose(spacecraft, samples, settings, names, pairs, present, tell):
             if s.effect.name in others)
         meter = measure(best.fit.model, evidence, settings.band_bins)
         odd = odd_signs(torque, samples.channels) if whole else ()
-        far = meter.deviations > FAR
-        left = _together(rest.p_value(), _whole_and_local(meter), more + odd)
-        if left < DOUBT:
+        left = _Left(rest, more, odd, _together(
+            rest.p_value(), _whole_and_local(meter), more + odd), meter.deviations > FAR)
+        if left.p_value < DOUBT:
             # perhaps only the expected spectrum of the candidate is not exact
             floor = floor_by_simulation(
                 simulator, best.fit, made(best.fit), templates, tolerance, settings,
                 tuple(s.effect.name for s in more), bool(odd))
             rest, of_meter, more, odd = floor.against(rest, meter, more, odd)
-            left = _together(rest.p_value(), of_meter, more + odd)
-        return rest, more, odd, left, far
+            left = _Left(rest, more, odd, _together(rest.p_value(), of_meter, more + odd),
+                         left.far, floor.deviations)
+        return left
 
     left, shown = 0.0, signs + odd
     if ranked:
-        rest, more, odd, left, far = left_by(ranked[0])
-        if far:
+        rest = left_by(ranked[0])
+        if rest.far:
             ranked = search.wider(ranked, signs)
-            rest, more, odd, left, _ = left_by(ranked[0])
-        if pairs and left < DOUBT:
+            rest = left_by(ranked[0])
+        if pairs and rest.p_value < DOUBT:
             single = ranked[0]
             search.tell = lambda share: tell(0.7 + 0.2 * share)
-            ranked = sorted(ranked + search.pairs(scores, rest, ranked, signs, more),
+            ranked = sorted(ranked + search.pairs(scores, rest.scores, ranked, signs, rest.signs),
                             key=lambda r: -worth(r, len(names)))
             if ranked[0] is not single:
-                rest, more, odd, left, _ = left_by(ranked[0])
-        ranked[0] = replace(ranked[0], made=made(ranked[0].fit))
+                rest = left_by(ranked[0])
+        left = rest.p_value
+        ranked[0] = replace(ranked[0], made=made(ranked[0].fit), floor=rest.floor)
         # a mode that moved looks like a line beside it: what went with the effect is not told
-        shown = tuple(s for s in signs if s.effect.name in ranked[0].names) + more + odd
+        shown = tuple(s for s in signs if s.effect.name in ranked[0].names) + rest.signs + rest.odd
     tell(0.9)
     before = try_held_out(simulator, evidence, Ranked(nominal), settings, tolerance)
     ranked = [try_held_out(simulator, evidence, r, settings, tolerance) for r in ranked[:TRIED]]

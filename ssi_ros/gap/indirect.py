@@ -20,6 +20,8 @@ ROUNDS = 5              # simulations and fits, at most
 RECORDS = 2             # of a round
 STEP = 0.9              # share of the difference that a round takes
 ENOUGH = 1.5            # standard deviations: two of what the mean of two records scatters by
+LEVEL_ENOUGH = 1.2      # ratio of levels that is left alone
+LEAST = 0.1             # share of a fitted level that is left of it
 FITTED_STEPS = 6        # of the fit of a simulated record
 SEED = 9_100_000        # far from seeds that records are made with
 
@@ -88,25 +90,20 @@ def made_by(simulator, fitted, tolerance):
     found = Made(fitted.candidate, fitted.levels)
     if not any(e.nonlinear for e in fitted.candidate.effects):
         return found
-    count = len(fitted.candidate.point())
-    target = _place(fitted)
-    spread = np.concatenate([np.sqrt(np.maximum(np.diag(fitted.covariance), 0.0)),
-                             np.full(len(fitted.levels), np.inf)])
-    x = target.copy()
+    spread = np.sqrt(np.maximum(np.diag(fitted.covariance), 0.0))
+    x, levels = np.array(fitted.candidate.point()), fitted.levels
     for _ in range(ROUNDS):
         again = [fit(simulator, evidence, fitted.candidate, fitted.levels, FITTED_STEPS, tolerance)
                  for _, evidence in records(simulator, found, SEED, RECORDS)]
         if any(a is None for a in again):
             break
-        off = target - np.mean([_place(a) for a in again], axis=0)
-        if np.all(np.abs(off) <= ENOUGH * spread):
+        off = fitted.candidate.point() - np.mean([a.candidate.point() for a in again], axis=0)
+        # what rails or a rattle add to a level is a power of its own: no ratio
+        more = fitted.levels - np.mean([a.levels for a in again], axis=0)
+        if np.all(np.abs(off) <= ENOUGH * spread) and np.all(
+                np.abs(more) <= (LEVEL_ENOUGH - 1) * fitted.levels):
             break
         x = x + STEP * off
-        found = Made(fitted.candidate.moved(x[:count]), np.exp(x[count:]),
-                     np.sqrt(1 + 1 / RECORDS))
+        levels = np.maximum(levels + STEP * more, LEAST * fitted.levels)
+        found = Made(fitted.candidate.moved(x), levels, np.sqrt(1 + 1 / RECORDS))
     return found
-
-
-def _place(fitted):
-    """Return the coordinates of a fit, numbers and logarithms of the levels."""
-    return np.concatenate([fitted.candidate.point(), np.log(fitted.levels)])

@@ -41,6 +41,8 @@ class Ranked:
         On the pieces that each of two fits did not see; empty before `try_held_out`.
     made : Made, optional
         What a simulator has to be given instead of the fit, of a nonlinear candidate.
+    floor : float
+        Deviations that it leaves of records that it makes, where these were looked at.
 
     """
 
@@ -49,6 +51,7 @@ class Ranked:
     places: int = 1
     held_out: tuple = ()
     made: Made = None
+    floor: float = 0.0
 
     @property
     def told(self):
@@ -73,9 +76,10 @@ class Ranked:
 
     @property
     def deviations(self):
-        """How many standard deviations the held-out gap is above its floor."""
+        """How many standard deviations the held-out gap is above its floor, eq. (119)."""
         spread = np.sqrt(np.sum([g.floor_std ** 2 for g in self.held_out])) / len(self.held_out)
-        return float((self.value - np.mean([g.floor for g in self.held_out])) / spread)
+        return float((self.value - np.mean([g.floor for g in self.held_out])) / spread
+                     - max(self.floor, 0.0))
 
     @property
     def bands(self):

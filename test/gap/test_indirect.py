@@ -3,6 +3,7 @@ import numpy as np
 from ssi_ros.effects import inject, parse_effect, simulate_setup
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.fit import fit, Simulator
+from ssi_ros.gap.holes import filled, without_rails
 from ssi_ros.gap.indirect import made_by
 from ssi_ros.gap.likelihood import Evidence
 from ssi_ros.gap.settings import DiagnosisSettings
@@ -20,6 +21,7 @@ def fitted(effect):
     samples = simulate_setup(inject(spacecraft, [effect], SECONDS), 7)
     frame = make_frame(len(samples.values), 100.0, DiagnosisSettings())
     simulator = Simulator(spacecraft, frame, SECONDS)
+    samples = filled(simulator, without_rails(samples, (effect,)))
     evidence = Evidence(frame, spectra(samples, frame), frame.used)
     return simulator, fit(simulator, evidence, Candidate((effect,)))
 
@@ -34,6 +36,15 @@ def test_friction_is_corrected_by_what_its_fit_errs_on_its_own_records():
               for e in (before, after)]
     assert errors[1] < min(0.2, 0.6 * errors[0]) and made.spread > 1
     assert abs(after.torque_n_m / FRICTION.torque_n_m - 1) < 0.2
+
+
+def test_the_noise_of_rails_is_not_that_of_the_sensors():
+    """What is wrong where crests were filled in is noise to a fit; records made show the same."""
+    rails = parse_effect('saturation:limit_m_s2=0.05')
+    simulator, found = fitted(rails)
+    made = made_by(simulator, found, no_tolerance(simulator.frame, 4))
+    assert found.levels[-1] > 3 and made.levels[-1] < found.levels[-1] / 5
+    assert abs(found.levels[1] - 1) > 0.1 and abs(made.levels[1] - 1) < 0.05
 
 
 def test_a_linear_effect_is_its_fit():
