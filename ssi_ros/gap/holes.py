@@ -15,7 +15,7 @@ from ssi_ros.gap.check import runs
 
 REACH = 30      # rows on each side that a missing one is told from
 LONGEST = 30    # rows in a row that can be filled
-MOST = 3000     # holes of a record that are filled one by one
+MOST = 30000    # holes of a record that are filled one by one
 
 
 def autocovariance(simulator):
@@ -79,7 +79,7 @@ def fill(rows, covariance, strict=True):
     gone = np.isnan(rows)
     if not gone.any():
         return rows
-    out = rows.copy()
+    out, inverses = rows.copy(), {}
     for first, last in runs(gone.any(axis=1)):
         if last - first > LONGEST:
             if not strict:
@@ -87,16 +87,22 @@ def fill(rows, covariance, strict=True):
             raise ValueError(f'{last - first} rows are missing in a row; up to {LONGEST} can be '
                              'filled')
         begin, end = max(0, first - REACH), min(len(rows), last + REACH)
-        lag = np.arange(end - begin)[:, None] - np.arange(end - begin)[None, :]
-        blocks = np.where((lag >= 0)[:, :, None, None], covariance[np.abs(lag)],
-                          covariance[np.abs(lag)].swapaxes(-1, -2))
-        size = (end - begin) * rows.shape[1]
-        full = blocks.transpose(0, 2, 1, 3).reshape(size, size)
-        near = rows[begin:end].ravel()
-        there = ~np.isnan(near)
-        wanted = np.zeros((end - begin, rows.shape[1]), bool)
-        wanted[first - begin:last - begin] = gone[first:last]
-        wanted = wanted.ravel()
-        weights = solve(full[np.ix_(there, there)], near[there], assume_a='pos')
-        out[first:last][gone[first:last]] = full[np.ix_(wanted, there)] @ weights
+        count = end - begin
+        if count not in inverses:
+            inverses[count] = np.linalg.inv(_of_rows(covariance, count))
+        # By the inverse of the whole only what is lost has to be solved for.
+        inverse, near = inverses[count], rows[begin:end].flatten()
+        lost = np.isnan(near)
+        there = -inverse[np.ix_(lost, ~lost)] @ near[~lost]
+        near[lost] = solve(inverse[np.ix_(lost, lost)], there, assume_a='pos')
+        hole = slice(first - begin, last - begin)
+        out[first:last] = near.reshape(count, -1)[hole]
     return out
+
+
+def _of_rows(covariance, count):
+    """Return the covariance of so many rows in a row, shape (count l, count l)."""
+    lag = np.arange(count)[:, None] - np.arange(count)[None, :]
+    blocks = covariance[np.abs(lag)]
+    blocks = np.where((lag >= 0)[:, :, None, None], blocks, blocks.swapaxes(-1, -2))
+    return blocks.transpose(0, 2, 1, 3).reshape(count * covariance.shape[1], -1)
