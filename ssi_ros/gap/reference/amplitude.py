@@ -125,9 +125,9 @@ def _slopes(z):
     w = 1 / np.sqrt(np.maximum(power, 1e-300))
     m0, m1, m2 = (np.sum(w * power * q ** k, axis=1) for k in range(3))
     c0, c1 = (np.sum(w * then * now.conj() * q ** k, axis=1) for k in range(2))
-    det = m0 * m2 - m1 ** 2
-    a, b = (m2 * c0 - m1 * c1) / det, (m0 * c1 - m1 * c0) / det
-    ratio = b / a
+    # b / a of the two normal equations; a row that is zero says nothing
+    b, a = m0 * c1 - m1 * c0, m2 * c0 - m1 * c1
+    ratio = np.divide(b, a, out=np.zeros_like(b), where=a != 0)
     return np.column_stack([ratio.real, ratio.imag])
 
 
