@@ -121,6 +121,12 @@ def parameters(cases):
                   '90 % interval holds it'), rows)
 
 
+def strangers(case, alike):
+    """Return the candidates and controls of a case that have none of the effects alike."""
+    return [k for k in case['candidates'] + case['controls']
+            if not set(k['effects']) & {*alike, 'none', 'unknown'}]
+
+
 def draw_closed(cases):
     """Draw what was closed against what the true effect closes; return the table of cases."""
     rows, right, wrong = [], [], []
@@ -129,11 +135,9 @@ def draw_closed(cases):
         if truth is None:
             continue
         best = case['candidates'][0]
-        rivals = [(k['closed'], '+'.join(k['effects']))
-                  for k in case['candidates'] + case['controls']
-                  if k['closed'] is not None and not set(k['effects'])
-                  & {*case['effects'], *best['class'], 'none', 'unknown'}]
-        rival = max(rivals, default=(float('nan'), ''))
+        rival = max([(k['closed'], '+'.join(k['effects']))
+                     for k in strangers(case, {*case['effects'], *best['class']})
+                     if k['closed'] is not None], default=(float('nan'), ''))
         right.append((truth, best['closed']))
         wrong.append((truth, rival[0]))
         rows.append((case['texts'][0], f"{case['detection']:g}", f'{truth:.2f}',
@@ -164,9 +168,7 @@ def rivals(cases):
         before = next(k['gap_after'] for k in case['candidates'] if k['effects'] == ['unknown'])
         gain = before - best['gap_after']
         others = [(before - k['gap_after'], k['probability'], '+'.join(k['effects']))
-                  for k in case['candidates'] + case['controls']
-                  if 'gap_after' in k and not set(k['effects'])
-                  & {*case['verdict']['class'], 'none', 'unknown'}]
+                  for k in strangers(case, case['verdict']['class']) if 'gap_after' in k]
         if not others or gain < LEAST:
             continue
         took, probability, name = max(others)

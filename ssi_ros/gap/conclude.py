@@ -164,9 +164,8 @@ def separate_by(names):
 
 
 def _explanation(ranked, probability, before, scores, signs, settings):
-    candidate = ranked.told
-    stds = np.sqrt(np.maximum(np.diag(ranked.fit.covariance), 0.0))
-    stds = stds * (ranked.made.spread if ranked.made else 1.0)
+    candidate = ranked.told.candidate
+    stds = ranked.told.spread * np.sqrt(np.maximum(np.diag(ranked.fit.covariance), 0.0))
     told = {s.effect.name: s.stds for s in signs if hasattr(s, 'effect')}
     parameters = {}
     moved = list(candidate.numbers())

@@ -98,9 +98,8 @@ def _diagnose(spacecraft, samples, settings, names, pairs, present, tell):
     duration_s = len(samples.values) / samples.rate_hz
     simulator = Simulator(spacecraft, frame, duration_s, present)
     mended = filled(simulator, samples)
-    # what is filled in is wrong by a little that is slow too
-    slow = slow_signs if mended is samples else lambda *_: ()
-    if mended is not samples:
+    holes = mended is not samples
+    if holes:
         samples = mended
         frame = make_frame(len(samples.values), samples.rate_hz, settings,
                            ~np.isnan(samples.values).any(axis=1))
@@ -116,15 +115,21 @@ def _diagnose(spacecraft, samples, settings, names, pairs, present, tell):
     nominal = fit(simulator, evidence, levels=levels, tolerance=tolerance)
     scores = score(templates, nominal, evidence, tolerance)
     part = longest_part(samples)
-    # a sweep is one over the whole record
-    sought = tuple(n for n in wanted if n != 'wheel_speed_sweep' or part is samples)
-    torque = reconstruct(simulator, nominal, part, settings)
-    signs = tuple(s for s in of_samples + torque_signs(torque, sought)
-                  + slow(simulator, nominal, part, settings) if s.effect.name in wanted)
+    # a sweep is one over the whole record; what is filled in is wrong by a little that is slow too
+    hidden = {'wheel_speed_sweep': part is not samples, 'sensor_drift': holes}
+    sought = tuple(n for n in wanted if not hidden.get(n))
     # a missing row is a hole, which looks like a spike on all channels
     whole = not np.isnan(part.values).any()
-    odd = odd_signs(torque, samples.channels) if whole else ()
-    meter = measure(nominal.model, evidence, settings.band_bins)
+
+    def look(fitted, names):
+        torque = reconstruct(simulator, fitted, part, settings)
+        signs = (tuple(s for s in of_samples if s.effect.name in names)
+                 + torque_signs(torque, names)
+                 + slow_signs(simulator, fitted, part, settings, names))
+        return (signs, odd_signs(torque, samples.channels) if whole else (),
+                measure(fitted.model, evidence, settings.band_bins))
+
+    signs, odd, meter = look(nominal, sought)
     gap = {'before': meter.value, 'floor': meter.floor, 'floor_std': meter.floor_std,
            'p_value': _together(scores.p_value(), _whole_and_local(meter), signs + odd)}
     where = locate(simulator, nominal.model, evidence, settings)
@@ -146,13 +151,7 @@ def _diagnose(spacecraft, samples, settings, names, pairs, present, tell):
 
     def left_by(best):
         rest = score(templates, best.fit, evidence, tolerance)
-        torque = reconstruct(simulator, best.fit, part, settings)
-        others = tuple(n for n in sought if n not in best.names)
-        more = torque_signs(torque, others) + tuple(
-            s for s in of_samples + slow(simulator, best.fit, part, settings)
-            if s.effect.name in others)
-        meter = measure(best.fit.model, evidence, settings.band_bins)
-        odd = odd_signs(torque, samples.channels) if whole else ()
+        more, odd, meter = look(best.fit, tuple(n for n in sought if n not in best.names))
         left = _Left(rest, more, odd, _together(
             rest.p_value(), _whole_and_local(meter), more + odd), meter.deviations > FAR)
         if left.p_value < DOUBT:
@@ -161,8 +160,8 @@ def _diagnose(spacecraft, samples, settings, names, pairs, present, tell):
                 simulator, best.fit, made(best.fit), templates, tolerance, settings,
                 tuple(s.effect.name for s in more), bool(odd))
             rest, of_meter, more, odd = floor.against(rest, meter, more, odd)
-            left = _Left(rest, more, odd, _together(rest.p_value(), of_meter, more + odd),
-                         left.far, floor.deviations)
+            left = replace(left, scores=rest, signs=more, odd=odd, floor=floor.deviations,
+                           p_value=_together(rest.p_value(), of_meter, more + odd))
         return left
 
     left, shown = 0.0, signs + odd

@@ -91,7 +91,7 @@ def made_by(simulator, fitted, tolerance):
     if not any(e.nonlinear for e in fitted.candidate.effects):
         return found
     spread = np.sqrt(np.maximum(np.diag(fitted.covariance), 0.0))
-    x, levels = np.array(fitted.candidate.point()), fitted.levels
+    x = np.array(fitted.candidate.point())
     for _ in range(ROUNDS):
         again = [fit(simulator, evidence, fitted.candidate, fitted.levels, FITTED_STEPS, tolerance)
                  for _, evidence in records(simulator, found, SEED, RECORDS)]
@@ -104,6 +104,6 @@ def made_by(simulator, fitted, tolerance):
                 np.abs(more) <= (LEVEL_ENOUGH - 1) * fitted.levels):
             break
         x = x + STEP * off
-        levels = np.maximum(levels + STEP * more, LEAST * fitted.levels)
+        levels = np.maximum(found.levels + STEP * more, LEAST * fitted.levels)
         found = Made(fitted.candidate.moved(x), levels, np.sqrt(1 + 1 / RECORDS))
     return found

@@ -172,10 +172,10 @@ def _power(poles, weights, variance, length):
 
     A radius above 1 makes every peak as wide as the lines are apart.
     """
-    power = np.empty(length // 2)
+    power, radius = np.empty(length // 2), np.exp(np.pi / length)
     for k in range(len(power)):
         turn = 2 * np.pi * k / length
-        x, y = np.exp(np.pi / length) * np.cos(turn), np.exp(np.pi / length) * np.sin(turn)
+        x, y = radius * np.cos(turn), radius * np.sin(turn)
         total = variance
         for pole, weight in zip(poles, weights):
             # weight / (x + jy - pole) and that of the conjugates, over one denominator

@@ -55,8 +55,8 @@ class Ranked:
 
     @property
     def told(self):
-        """Candidate whose numbers are the answer."""
-        return self.made.candidate if self.made else self.fit.candidate
+        """Return what a simulator has to be given, with its scatter: the answer."""
+        return self.made or Made(self.fit.candidate, self.fit.levels)
 
     @property
     def names(self):

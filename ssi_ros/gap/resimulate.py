@@ -98,7 +98,7 @@ def floor_by_simulation(simulator, best, made, templates, tolerance, settings, n
         if names or odd:
             torque = reconstruct(simulator, again, samples, settings)
             found = [(s.effect.name, s.p_value) for s in torque_signs(torque, names)
-                     + slow_signs(simulator, again, samples, settings)]
+                     + slow_signs(simulator, again, samples, settings, names)]
             if odd:
                 found += [(s.name, s.p_value) for s in odd_signs(torque, samples.channels)]
             for name, p_value in found:

@@ -22,7 +22,7 @@ TIMES, SIZES = 40, 60   # of the grid of time constants and of sizes
 CELLS = 2.5             # independent time constants, by simulation
 
 
-def slow_signs(simulator, fitted, samples, settings):
+def slow_signs(simulator, fitted, samples, settings, names):
     """
     Find slow first-order noise on the channel where it is most likely.
 
@@ -36,6 +36,8 @@ def slow_signs(simulator, fitted, samples, settings):
         The record.
     settings : DiagnosisSettings
         Band.
+    names : sequence of str
+        Effects that are sought; nothing is done without `sensor_drift`.
 
     Returns
     -------
@@ -43,6 +45,8 @@ def slow_signs(simulator, fitted, samples, settings):
         None or one.
 
     """
+    if 'sensor_drift' not in names:
+        return ()
     present = ~np.isnan(samples.values).any(axis=1)
     rows, rate_hz = samples.values.shape[0], samples.rate_hz
     frame = replace(

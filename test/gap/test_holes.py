@@ -1,28 +1,26 @@
 """What was lost or cut off is told from its neighbours, as far as the model knows."""
 from dataclasses import replace
 
+from gap_records import record
 import numpy as np
 import pytest
-
-from ssi_ros.effects import inject, parse_effect, simulate_setup
-from ssi_ros.gap.fit import Simulator
+from ssi_ros.effects import parse_effect
 from ssi_ros.gap.holes import filled, LONGEST, without_rails
-from ssi_ros.gap.settings import DiagnosisSettings
-from ssi_ros.gap.spectra import make_frame
-from ssi_ros.model import load_spacecraft
-
-SECONDS = 120.0
 
 
 @pytest.fixture(scope='module')
-def samples():
-    return simulate_setup(inject(load_spacecraft(), (), SECONDS), 3)
+def both():
+    return record(120.0)
 
 
-@pytest.fixture(scope='module')
-def simulator(samples):
-    frame = make_frame(len(samples.values), 100.0, DiagnosisSettings())
-    return Simulator(load_spacecraft(), frame, SECONDS)
+@pytest.fixture
+def samples(both):
+    return both[0]
+
+
+@pytest.fixture
+def simulator(both):
+    return both[1]
 
 
 def test_what_a_rail_cut_off_is_told_from_its_neighbours(samples, simulator):

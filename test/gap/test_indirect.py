@@ -1,15 +1,12 @@
 """Numbers of a hinge that sticks, which its equivalent linear hinge gets wrong."""
+from gap_records import evidence_of, record
 import numpy as np
-from ssi_ros.effects import inject, parse_effect, simulate_setup
+from ssi_ros.effects import parse_effect
 from ssi_ros.gap.candidate import Candidate
-from ssi_ros.gap.fit import fit, Simulator
+from ssi_ros.gap.fit import fit
 from ssi_ros.gap.holes import filled, without_rails
 from ssi_ros.gap.indirect import made_by
-from ssi_ros.gap.likelihood import Evidence
-from ssi_ros.gap.settings import DiagnosisSettings
-from ssi_ros.gap.spectra import make_frame, spectra
 from ssi_ros.gap.tolerance import no_tolerance
-from ssi_ros.model import load_spacecraft
 
 SECONDS = 120.0
 FRICTION = parse_effect('hinge_friction:array=E1,torque_n_m=0.2,stiffness_n_m_rad=2e5')
@@ -17,13 +14,9 @@ FRICTION = parse_effect('hinge_friction:array=E1,torque_n_m=0.2,stiffness_n_m_ra
 
 def fitted(effect):
     """Return the model side and the fit of a record with an effect."""
-    spacecraft = load_spacecraft()
-    samples = simulate_setup(inject(spacecraft, [effect], SECONDS), 7)
-    frame = make_frame(len(samples.values), 100.0, DiagnosisSettings())
-    simulator = Simulator(spacecraft, frame, SECONDS)
+    samples, simulator = record(SECONDS, [effect], 7)
     samples = filled(simulator, without_rails(samples, (effect,)))
-    evidence = Evidence(frame, spectra(samples, frame), frame.used)
-    return simulator, fit(simulator, evidence, Candidate((effect,)))
+    return simulator, fit(simulator, evidence_of(simulator, samples), Candidate((effect,)))
 
 
 def test_friction_is_corrected_by_what_its_fit_errs_on_its_own_records():

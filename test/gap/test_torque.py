@@ -36,7 +36,7 @@ def test_a_right_model_shows_nothing(test, quiet):
     ('harmonic_disturbance:frequency_hz=12.345,torque_n_m=0.12', line, 'frequency_hz'),
     ('wheel_speed_sweep:start_hz=4,end_hz=9,torque_n_m=0.12', sweep, 'start_hz'),
     ('impulsive_events:rate_per_min=6,impulse_n_m_s=0.1', pulses, 'impulse_n_m_s'),
-    ('nonstationary_excitation:depth=0.1,period_s=50', swing, 'period_s'),
+    ('nonstationary_excitation:depth=0.3,period_s=50', swing, 'period_s'),
     ('nonstationary_excitation:depth=0.06,period_s=40,phase_rad=2', swing, 'period_s')])
 def test_a_disturbance_is_found_with_its_numbers(text, test, exact):
     """Clear sizes: every number within five of the standard deviations that are told."""
