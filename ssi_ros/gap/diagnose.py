@@ -45,7 +45,7 @@ class _Left:
     odd: tuple
     p_value: float
     far: bool
-    floor: float = 0.0
+    floor: object = None
 
 
 def diagnose(spacecraft, samples, settings=DiagnosisSettings(), *, effects=None, pairs=True,
@@ -160,7 +160,7 @@ def _diagnose(spacecraft, samples, settings, names, pairs, present, tell):
                 simulator, best.fit, made(best.fit), templates, tolerance, settings,
                 tuple(s.effect.name for s in more), bool(odd))
             rest, of_meter, more, odd = floor.against(rest, meter, more, odd)
-            left = replace(left, scores=rest, signs=more, odd=odd, floor=floor.deviations,
+            left = replace(left, scores=rest, signs=more, odd=odd, floor=floor,
                            p_value=_together(rest.p_value(), of_meter, more + odd))
         return left
 
@@ -178,7 +178,10 @@ def _diagnose(spacecraft, samples, settings, names, pairs, present, tell):
             if ranked[0] is not single:
                 rest = left_by(ranked[0])
         left = rest.p_value
-        ranked[0] = replace(ranked[0], made=made(ranked[0].fit), floor=rest.floor)
+        ranked[0] = replace(ranked[0], made=made(ranked[0].fit))
+        if rest.floor:
+            ranked[0] = replace(ranked[0], floor=rest.floor.halves,
+                                scatter=rest.floor.spread_of_halves)
         # a mode that moved looks like a line beside it: what went with the effect is not told
         shown = tuple(s for s in signs if s.effect.name in ranked[0].names) + rest.signs + rest.odd
     tell(0.9)

@@ -91,20 +91,23 @@ def _steady(setup, frame):
     shake = _Shake(setup, frame, count)
     powers = _powers(sampled.poles, frame.rows - 1)
     for part in system.excitation:
-        inner, colour = part, 1.0
+        inner, colour, level = part, 1.0, None
         while isinstance(inner, (Varying, Coloured)):
             if isinstance(inner, Coloured):
                 colour = inner.power(frame.frequencies_hz)[:, None, None]
+            else:
+                level = inner
             inner = inner.part
         if isinstance(inner, (Sine, Chirp)):
             fixed = fixed + shake(_line(inner, sampled, system, frame))
             continue
-        share = shake(colour * _transform(_autocovariance(
-            sampled, inner.covariance(rate_hz, system.inputs), powers), frame))
-        share = share[None]
-        swings = part.part if isinstance(part, Coloured) else part
-        if isinstance(swings, Varying):
-            share = share * _power(swings, frame)[:, None, None, None]
+        covariance = inner.covariance(rate_hz, system.inputs)
+        if level is None:
+            share = _transform(_autocovariance(sampled, covariance, powers), frame.overlap,
+                               frame)[None]
+        else:
+            share = _swinging(level, sampled, covariance, powers, frame)
+        share = shake(colour * share)
         if isinstance(inner, White):
             names.append(inner.name)
             shares.append(share)
@@ -120,7 +123,8 @@ def _steady(setup, frame):
         if isinstance(stage, Noise):
             white = white + stage.noise_covariance(count)
         elif hasattr(stage, 'autocovariance'):
-            fixed = fixed + _transform(stage.autocovariance(count, frame.rows, rate_hz), frame)
+            fixed = fixed + _transform(
+                stage.autocovariance(count, frame.rows, rate_hz), frame.overlap, frame)
     shares.append(np.broadcast_to(white * frame.overlap[0] + 0j, fixed[:1].shape))
     return Expected(tuple(names) + ('sensor_noise',), tuple(shares), fixed)
 
@@ -141,8 +145,12 @@ def _powers(poles, count):
     return (coarse[:, None] * fine[None]).reshape(-1, len(poles))[:count]
 
 
-def _autocovariance(sampled, inputs, powers):
-    """Return E[y(k + lag) y(k)^T] for lag = 0, 1, ..., shape (lags, l, l), eq. (94)."""
+def _autocovariance(sampled, inputs, powers, turn=1.0):
+    """
+    Return E[y(k + lag) y(k)^T] for lag = 0, 1, ..., shape (lags, l, l), eq. (94).
+
+    With `turn` not 1 the part of it, complex, that goes with turn^k where the inputs do, (95a).
+    """
     live = np.flatnonzero(inputs.any(axis=0))
     pair = sampled.weight > 1
     q = inputs[np.ix_(live, live)]
@@ -153,33 +161,58 @@ def _autocovariance(sampled, inputs, powers):
     # A pole that takes over an hour to settle is no part of a stationary state, as in eq. (23).
     slow = 1 - np.abs(poles) < 1 / (3600 * sampled.rate_hz)
     away = np.where(slow[:, None] | slow[None, :], np.inf,
-                    1 - poles[:, None] * poles.conj()[None, :])
+                    turn - poles[:, None] * poles.conj()[None, :])
     state = (b @ q @ b.conj().T) / away
     ahead = poles[:, None] * (state @ c.conj().T) + b @ q @ d.T        # E[z(k + 1) y(k)^T]
     kept = len(sampled.poles)
     count = len(c)
-    # R(lag) = Re sum weight c_i pole_i^(lag - 1) ahead_i: one product for all lags
-    residues = (sampled.weight[:, None, None] * c.T[:kept, :, None] * ahead[:kept, None, :])
-    residues = residues.reshape(kept, count * count)
-    out = np.empty((len(powers) + 1, count, count))
-    out[1:] = (powers.real @ residues.real - powers.imag @ residues.imag).reshape(
-        -1, count, count)
-    out[0] = (c @ state @ c.conj().T).real + d @ q @ d.T
-    return out
+    now = c @ state @ c.conj().T + d @ q @ d.T
+    # R(lag) = sum c_i pole_i^(lag - 1) ahead_i: one product for all lags
+    residues = (c.T[:, :, None] * ahead[:, None, :]).reshape(-1, count * count)
+    if turn == 1.0:
+        # poles in pairs: twice the real part of one of them
+        residues = sampled.weight[:, None] * residues[:kept]
+        out = np.empty((len(powers) + 1, count, count))
+        out[1:] = (powers.real @ residues.real - powers.imag @ residues.imag).reshape(
+            -1, count, count)
+        out[0] = now.real
+        return out
+    later = powers @ residues[:kept] + powers[:, pair].conj() @ residues[kept:]
+    return np.concatenate([now[None], later.reshape(-1, count, count)])
 
 
-def _transform(autocovariance, frame):
+def _swinging(level, sampled, inputs, powers, frame):
+    """
+    Return the expected periodograms under inputs of a swinging level, (pieces, k, l, l).
+
+    The square of the level has three parts, of 0, 1 and 2 times its frequency; a slow mode
+    follows each with a lag of its own, eq. (95a).
+    """
+    begins = np.arange(frame.pieces) * frame.rows / frame.rate_hz
+    omega = 2 * np.pi / level.period_s
+    once = level.depth * np.exp(1j * (level.phase_rad - np.pi / 2))
+    tapered = np.fft.fft(frame.taper, 2 * frame.rows)
+    whole = np.fft.ifft(np.abs(tapered) ** 2).real[:frame.rows]
+    thinned = frame.overlap / np.maximum(whole, 1e-12 * whole[0])     # by rows that are missing
+    total = (1 + level.depth ** 2 / 2) * _transform(
+        _autocovariance(sampled, inputs, powers), frame.overlap, frame)[None]
+    for times, part in ((1, once), (2, once ** 2 / 4)):
+        turn = np.exp(1j * times * omega / frame.rate_hz)
+        turned = np.fft.fft((frame.taper * turn ** np.arange(frame.rows)).conj(), 2 * frame.rows)
+        overlap = np.fft.ifft(turned.conj() * tapered)[:frame.rows] * thinned
+        values = 2 * part * overlap[:, None, None] * _autocovariance(
+            sampled, inputs, powers, turn)
+        phase = np.exp(1j * times * omega * begins)[:, None, None, None]
+        total = (total + phase.real * _transform(values.real, 1.0, frame)
+                 - phase.imag * _transform(values.imag, 1.0, frame))
+    return total
+
+
+def _transform(autocovariance, overlap, frame):
     """Return the expected periodogram of an autocovariance, shape (k, l, l), eq. (95)."""
-    half = np.fft.rfft(autocovariance * frame.overlap[:, None, None], axis=0)
-    half = half[frame.first:frame.last]
-    return half + half.conj().swapaxes(1, 2) - autocovariance[0] * frame.overlap[0]
-
-
-def _power(part, frame):
-    """Return the mean of (1 + depth sin)^2 over every piece, weighted by its taper, (pieces,)."""
-    t = np.arange(frame.pieces * frame.rows) / frame.rate_hz
-    level = part.level(t) ** 2
-    return level.reshape(frame.pieces, frame.rows) @ frame.taper ** 2
+    values = autocovariance * np.reshape(overlap, (-1, 1, 1))
+    half = np.fft.rfft(values, axis=0)[frame.first:frame.last]
+    return half + half.conj().swapaxes(1, 2) - values[0]
 
 
 def _line(part, sampled, system, frame):

@@ -180,7 +180,7 @@ class _Place:
         self.value = self.seen.likelihood
         self.prior = level_prior(len(logs))
         if np.isfinite(self.value):
-            gain, self.slopes, self.inverse = tolerance.profile(self.seen)
+            gain, self.most, self.inverse = tolerance.profile(self.seen)
             self.value += gain - float(self.prior @ logs ** 2) / 2
 
     def gradient(self, slopes, evidence):
@@ -198,7 +198,7 @@ class _Place:
         count = len(self.logs)
         score[:count] -= self.prior * self.logs
         information[:count, :count] += np.diag(self.prior)
-        return (score - mixed @ self.inverse @ self.slopes,
+        return (score - mixed @ self.most,
                 information - mixed @ self.inverse @ mixed.T)
 
 

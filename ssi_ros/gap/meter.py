@@ -50,10 +50,7 @@ class Gap:
             How much larger it makes the variance.
 
         """
-        white, width, least, tries = self.whitened, 1, 1.0, 0
-        if against is not None:
-            lower = np.linalg.inv(np.linalg.cholesky(against))
-            white = lower @ white @ lower.conj().swapaxes(-1, -2)
+        white, width, least, tries = self._against(against), 1, 1.0, 0
         while width <= len(white):
             count = len(white) // width
             distance = _distance(white[:count * width].reshape(
@@ -64,6 +61,16 @@ class Gap:
                                         scale=std ** 2 / floor))
             tries, width = tries + count, 2 * width
         return float(min(1.0, tries * least))
+
+    def ratio(self, against):
+        """Return the mean of the distance over its floor, against W of the model's own records."""
+        return float(_distance(self._against(against)).mean() / self.floor)
+
+    def _against(self, against):
+        if against is None:
+            return self.whitened
+        lower = np.linalg.inv(np.linalg.cholesky(against))
+        return lower @ self.whitened @ lower.conj().swapaxes(-1, -2)
 
     @property
     def deviations(self):

@@ -41,8 +41,9 @@ class Ranked:
         On the pieces that each of two fits did not see; empty before `try_held_out`.
     made : Made, optional
         What a simulator has to be given instead of the fit, of a nonlinear candidate.
-    floor : float
-        Deviations that it leaves of records that it makes, where these were looked at.
+    floor, scatter : float
+        Mean and standard deviation of the deviations that it leaves of records that it makes,
+        where these were looked at.
 
     """
 
@@ -52,6 +53,7 @@ class Ranked:
     held_out: tuple = ()
     made: Made = None
     floor: float = 0.0
+    scatter: float = 1.0
 
     @property
     def told(self):
@@ -77,9 +79,7 @@ class Ranked:
     @property
     def deviations(self):
         """How many standard deviations the held-out gap is above its floor, eq. (119)."""
-        spread = np.sqrt(np.sum([g.floor_std ** 2 for g in self.held_out])) / len(self.held_out)
-        return float((self.value - np.mean([g.floor for g in self.held_out])) / spread
-                     - max(self.floor, 0.0))
+        return (above_floor(self.held_out) - max(self.floor, 0.0)) / self.scatter
 
     @property
     def bands(self):
@@ -87,18 +87,26 @@ class Ranked:
         return np.mean([g.bands for g in self.held_out], axis=0)
 
 
+def above_floor(gaps):
+    """Return how many standard deviations the mean of gaps of separate pieces is too large."""
+    spread = np.sqrt(np.sum([g.floor_std ** 2 for g in gaps])) / len(gaps)
+    return float(np.mean([g.value - g.floor for g in gaps]) / spread)
+
+
 def occam(candidate, covariance):
     """
     Return the log of posterior over prior volume of a candidate's numbers, at most 0.
 
     The prior of a size is even in its logarithm, that of a place in the range that its starts
-    span.
+    span. A size that the record does not bound is one that is not seen, which few are.
     """
-    widths = []
-    for (i, f), x in zip(candidate.numbers(), candidate.point()):
+    widths, unseen_share = [], 0.0
+    for (i, f), x, variance in zip(candidate.numbers(), candidate.point(), np.diag(covariance)):
         e = candidate.effects[i]
         starts = e.starts[f.name]
         if f.name == e.size:
+            if is_log(f):
+                unseen_share += variance / (variance + DECADES ** 2)
             widths.append(DECADES if is_log(f) else 2 * DECADES * max(abs(x - f.default), 1e-12))
         elif is_log(f):
             widths.append(2 * np.log(max(starts) / min(starts)) if len(starts) > 1 else DECADES)
@@ -110,7 +118,8 @@ def occam(candidate, covariance):
     scale = np.array(widths) / np.sqrt(2 * np.pi)
     ratio = np.eye(len(scale)) + np.linalg.pinv(covariance / np.outer(scale, scale),
                                                 hermitian=True)
-    return -0.5 * float(np.linalg.slogdet(ratio)[1])
+    return (-0.5 * float(np.linalg.slogdet(ratio)[1])
+            + unseen_share * float(np.log(np.mean(np.exp(-SIZES ** 2 / 2)))))
 
 
 def folds(evidence):
@@ -152,9 +161,10 @@ def closed(before, after):
     """
     Return the share of the gap that is gone, with a 90 % interval of a block bootstrap.
 
-    NaN where the gap before is within three standard deviations of its floor, eq. (113).
+    NaN where the gap before is within three standard deviations of its floor, or of what the
+    candidate leaves of its own records, eq. (113).
     """
-    if before.deviations < 3.0:
+    if before.deviations < 3.0 * after.scatter + max(after.floor, 0.0):
         return float('nan'), float('nan'), float('nan')
     a, b = before.bands, after.bands
     count = len(a) // BLOCK

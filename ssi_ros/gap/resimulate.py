@@ -12,6 +12,7 @@ from scipy.stats import norm
 from ssi_ros.gap.fit import fit
 from ssi_ros.gap.indirect import records
 from ssi_ros.gap.meter import measure
+from ssi_ros.gap.rank import above_floor, folds
 from ssi_ros.gap.scores import score
 from ssi_ros.gap.slow import slow_signs
 from ssi_ros.gap.torque import odd_signs, reconstruct, torque_signs
@@ -31,10 +32,16 @@ class Floor:
     ----------
     z : ndarray, shape (t,)
         Mean of the scores.
-    deviations : float
-        Mean of the meter, in standard deviations of its floor from theory.
+    deviations, spread : float
+        Mean and standard deviation, at least 1, of the meter over the records, in standard
+        deviations of its floor from theory.
+    halves, spread_of_halves : float
+        The same of both halves of the pieces, each measured alone as held-out ones are.
     whitened : ndarray, shape (b, l, l)
         Mean of the whitened bands.
+    crowding : float
+        How much more they scatter than those of a steady record, at least 1: where the level
+        swings within a piece, its bins repeat each other.
     scatter : ndarray, shape (t,)
         Standard deviation of the scores over the records, drawn to that of all together; at
         least 1. Holes leak into all bins alike, so that scores of noise scatter more than
@@ -46,7 +53,11 @@ class Floor:
 
     z: np.ndarray
     deviations: float
+    spread: float
+    halves: float
+    spread_of_halves: float
     whitened: np.ndarray
+    crowding: float
     scatter: np.ndarray
     signs: dict
 
@@ -54,8 +65,8 @@ class Floor:
         """Return scores, p-values of the meter, and both kinds of signs, against this floor."""
         spread = np.sqrt(1 + 1 / RECORDS)
         return (replace(scores, z=(scores.z - self.z) / self.scatter / spread),
-                (float(norm.sf((meter.deviations - self.deviations) / spread)),
-                 meter.local_p_value(self.whitened, spread ** 2)),
+                (float(norm.sf((meter.deviations - self.deviations) / self.spread / spread)),
+                 meter.local_p_value(self.whitened, spread ** 2 * self.crowding)),
                 tuple(s for s in signs if not self.shows(s.effect.name, s.p_value)),
                 tuple(s for s in odd if not self.shows(s.name, s.p_value)))
 
@@ -90,11 +101,13 @@ def floor_by_simulation(simulator, best, made, templates, tolerance, settings, n
     Floor
 
     """
-    z, meters, seen = [], [], {}
+    z, meters, halves, seen = [], [], [], {}
     for samples, evidence in records(simulator, made, SEED, RECORDS):
         again = fit(simulator, evidence, best.candidate, best.levels, REFIT_STEPS, tolerance)
         z.append(score(templates, again, evidence, tolerance).z)
         meters.append(measure(again.model, evidence, settings.band_bins))
+        halves.append(above_floor([measure(again.model, half, settings.band_bins)
+                                   for half in folds(evidence)]))
         if names or odd:
             torque = reconstruct(simulator, again, samples, settings)
             found = [(s.effect.name, s.p_value) for s in torque_signs(torque, names)
@@ -105,6 +118,11 @@ def floor_by_simulation(simulator, best, made, templates, tolerance, settings, n
                 seen.setdefault(name, []).append(p_value)
     variance = np.var(z, axis=0, ddof=1)
     variance = (TRUST * variance.mean() + (RECORDS - 1) * variance) / (TRUST + RECORDS - 1)
-    return Floor(np.mean(z, axis=0), float(np.mean([m.deviations for m in meters])),
-                 np.mean([m.whitened for m in meters], axis=0),
+    deviations = [m.deviations for m in meters]
+    whitened = np.mean([m.whitened for m in meters], axis=0)
+    # their own mean takes a fifth of the scatter away
+    crowding = np.mean([m.ratio(whitened) for m in meters]) / (1 - 1 / RECORDS)
+    return Floor(np.mean(z, axis=0), float(np.mean(deviations)),
+                 max(1.0, float(np.std(deviations, ddof=1))), float(np.mean(halves)),
+                 max(1.0, float(np.std(halves, ddof=1))), whitened, max(1.0, float(crowding)),
                  np.sqrt(np.maximum(1.0, variance)), seen)

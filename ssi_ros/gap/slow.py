@@ -54,8 +54,10 @@ def slow_signs(simulator, fitted, samples, settings, names):
         first=SLOWEST, last=max(int(FASTEST_HZ * rows / rate_hz), SLOWEST + 1))
     side = simulator.on(frame)
     setup = side.setup(fitted.candidate, fitted.levels)
-    known = _away_from_unsettled(setup.system.state_space, frame)
-    inverse = np.linalg.inv(side.spectrum(setup).at(fitted.levels)[0][known])
+    spectrum = side.spectrum(setup).at(fitted.levels)[0]
+    known = (_away_from_unsettled(setup.system.state_space, frame)
+             & (np.linalg.eigvalsh(spectrum)[:, 0] > 0.0))
+    inverse = np.linalg.inv(spectrum[known])
     seen = np.einsum('kij,kj->ki', inverse, spectra(samples, frame)[0][known])
     own = np.einsum('kii->ki', inverse).real
     times = np.geomspace(0.2, rows / rate_hz, TIMES)

@@ -2,6 +2,7 @@
 from numba import njit
 import numpy as np
 from scipy.fft import fft, next_fast_len
+from scipy.optimize import minimize
 
 from ssi_ros.effects import effect_class
 from ssi_ros.gap.symptoms import SURE, Symptom, within
@@ -37,17 +38,19 @@ def sweep(torque):
         t = np.arange(torque.rows) / torque.rate_hz
         return np.interp(start + rate * t, frequencies, gain)
 
-    best = (0.0, 0.0, 0.0, 0.0)
+    best = (0.0, 0.0, 0.0)
     for rate, start in _places(unit, torque.rate_hz, frequencies[[0, -1]]):
         best = max(best, _refined(unit, weight, rate, start, torque.rate_hz, duration_s))
-    power, start, end, amplitude = best
+    power, start, end = best
     cells = (frequencies[-1] * duration_s) ** 2
     # maxima of a field over a plane: so many more than independent cells
     p = float(min(1.0, cells * max(power, 1.0) * np.exp(-power)))
     if p > SURE or abs(end - start) * duration_s < 3.0:     # that would be a line
         return None
     size = np.sqrt(2 * power)
-    spread = 1.6 / duration_s / size
+    amplitude = _amplitude(torque, unit, start, (end - start) / duration_s)
+    # the ends of a parabola through phases are four times as uncertain as a slope is
+    spread = 4 * np.sqrt(6) / np.pi / duration_s / size
     return Symptom(within(
         effect_class('wheel_speed_sweep'), start_hz=start, end_hz=end, torque_n_m=amplitude), p,
         f'a sweep from {start:.4g} to {end:.4g} Hz, {size:.1f} sd',
@@ -88,6 +91,19 @@ def _places(unit, rate_hz, band):
     return kept
 
 
+def _amplitude(torque, unit, start, rate):
+    """Return the amplitude of a sweep, whose modes still ring where it has passed them."""
+    t = np.arange(torque.rows) / torque.rate_hz
+    wave = np.exp(2j * np.pi * (start * t + rate * t ** 2 / 2))
+    bins = slice(torque.first, torque.first + len(torque.values))
+    columns = np.column_stack([
+        torque.series(values=torque.gain * np.fft.rfft(torque.taper * w)[bins])
+        for w in (wave.real, wave.imag)])[torque.inside]
+    found, *_ = np.linalg.lstsq(columns, unit[torque.inside], rcond=None)
+    noise = np.sqrt(np.linalg.inv(columns.T @ columns)[0, 0])
+    return float(np.sqrt(max(found @ found - 2 * noise ** 2, 0.0)))
+
+
 @njit(cache=True, fastmath=True)
 def _best_line(power, shifts, first, last):
     """Return the largest sum of power along shifted bins, and its first bin; -1 for none."""
@@ -106,7 +122,7 @@ def _best_line(power, shifts, first, last):
 
 
 def _refined(unit, weight, rate, start, rate_hz, duration_s):
-    """Return power, first and last frequency and amplitude of the best coherent sweep near by."""
+    """Return power, first and last frequency of the best coherent sweep near by."""
     t = np.arange(len(unit)) / rate_hz
     weights = weight(start, rate)
     total = np.sum(weights ** 2)
@@ -120,14 +136,20 @@ def _refined(unit, weight, rate, start, rate_hz, duration_s):
     size = 4 * next_fast_len(rows)
     df = rate_hz / block / size
     shifts = np.fft.fftfreq(size, 1 / size) * df
-    best = (0.0, start, start + rate * duration_s, 0.0)
+    best = (0.0, start, start + rate * duration_s)
     for more in np.arange(-reach, reach, 0.4 / duration_s) / duration_s:
         power = np.abs(np.fft.fft(slow * np.exp(-1j * np.pi * more * t ** 2), size)) ** 2 / total
         power[np.abs(shifts) > 2 * reach] = 0.0
         top = int(np.argmax(power))
         if power[top] > best[0]:
             first = start + shifts[top]
-            height = np.sqrt(max(power[top] - 1.0, 0.0) * total)
-            best = (float(power[top]), first, first + (rate + more) * duration_s,
-                    2 * height / total)
-    return best
+            best = (float(power[top]), first, first + (rate + more) * duration_s)
+
+    def missed(ends):
+        first, last = best[1] + ends[0] / duration_s, best[2] + ends[1] / duration_s
+        turn = (first - start) * t + ((last - first) / duration_s - rate) * t ** 2 / 2
+        return -np.abs(np.sum(slow * np.exp(-2j * np.pi * turn))) ** 2 / total
+
+    found = minimize(missed, np.zeros(2), method='Nelder-Mead', options={
+        'initial_simplex': 0.3 * np.array([[0, 0], [1, 0], [0, 1]]), 'xatol': 1e-3})
+    return (-found.fun, *(end + x / duration_s for end, x in zip(best[1:], found.x)))

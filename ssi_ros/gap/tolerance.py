@@ -47,8 +47,9 @@ class Tolerance:
         Returns
         -------
         gain : float
-        slopes : ndarray, shape (n,)
-            Derivative of the log likelihood by each.
+        most : ndarray, shape (n,)
+            Their most probable values; far from the record, as a wrong candidate is, they go
+            so far only, for they must neither bend the spectrum nor win by it.
         inverse : ndarray, shape (n, n)
             Of their information with the prior, (F + 1)^-1.
 
@@ -57,15 +58,14 @@ class Tolerance:
         slopes = seen.weight * (self.vectors @ excess)
         many = seen.weight * len(seen.excess)
         inverse = np.linalg.inv(many * (self.vectors @ self.vectors.T) + np.eye(len(slopes)))
-        return float(slopes @ inverse @ slopes) / 2, slopes, inverse
+        most = inverse @ slopes
+        share = min(1.0, MOST / max(np.abs(most).max(initial=0.0), 1e-300))
+        return float(slopes @ most) * (share - share ** 2 / 2), share * most, inverse
 
     def corrected(self, model, seen):
         """Return the model with the tolerances at their most probable values, eq. (118)."""
-        _, slopes, inverse = self.profile(seen)
+        _, most, _ = self.profile(seen)
         count = model.shape[-1]
-        most = inverse @ slopes
-        # Far from the record, as a wrong candidate is, they must not bend the spectrum.
-        most = most * min(1.0, MOST / max(np.abs(most).max(initial=0.0), 1e-300))
         bend = np.eye(count) + hermitian((most @ self.vectors).reshape(-1, count, count))
         if np.linalg.eigvalsh(bend).min() < LEAST:
             return model

@@ -8,6 +8,7 @@ it, eq. (106) to (110): the whole record is searched coherently.
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import minimize_scalar
 from scipy.stats import gamma, norm
 
 from ssi_ros.effects import effect_class
@@ -53,6 +54,8 @@ class Torque:
         Y^H P Y, of l - 1 degrees of freedom.
     white : ndarray, shape (k, l)
         All channels whitened, C^H Y with C C^H = S^-1: what drives them, whatever it is.
+    excited : float
+        Share of the power of `white` that the excitation makes; the rest is noise.
     missing : ndarray of bool, shape (rows,)
         Rows that are not there, with their neighbours: a hole is neither pulse nor calm.
 
@@ -68,6 +71,7 @@ class Torque:
     beside_gain: np.ndarray
     power: np.ndarray
     white: np.ndarray
+    excited: float
     missing: np.ndarray
 
     def series(self, weight=1.0, values=None):
@@ -108,7 +112,8 @@ def reconstruct(simulator, fitted, samples, settings):
     """
     missing = np.isnan(samples.values).any(axis=1)
     frame = whole_frame(len(samples.values), samples.rate_hz, settings, EDGE_S, ~missing)
-    row, gain, inverse = torque_filter(simulator, fitted.candidate, fitted.levels, frame)
+    row, gain, inverse, excited = torque_filter(
+        simulator, fitted.candidate, fitted.levels, frame)
     spectrum = spectra(samples, frame)[0]
     values = np.einsum('kj,kj->k', row, spectrum) / gain
     rest = np.einsum('kij,kj->ki', inverse, spectrum) - (
@@ -118,28 +123,35 @@ def reconstruct(simulator, fitted, samples, settings):
     power = np.einsum('ki,ki->k', spectrum.conj(), rest).real
     white = np.einsum('kji,kj->ki', np.linalg.cholesky(inverse).conj(), spectrum)
     return Torque(samples.rate_hz, frame.rows, frame.first, values, gain, frame.taper, rest / own,
-                  own, power, white, np.convolve(missing, np.ones(3), mode='same') > 0)
+                  own, power, white, excited,
+                  np.convolve(missing, np.ones(3), mode='same') > 0)
 
 
 def torque_filter(simulator, candidate, levels, frame):
     """
     Return h^H S^-1, sqrt(h^H S^-1 h) and S^-1 for every bin of a frame of one piece.
 
+    And the share of the whitened power that the excitation makes.
+
     Returns
     -------
     row : ndarray, shape (k, l)
     gain : ndarray, shape (k,)
     inverse : ndarray, shape (k, l, l)
+    excited : float
 
     """
     whole = simulator.on(frame)
     setup = whole.setup(candidate, levels)
-    inverse = np.linalg.inv(whole.spectrum(setup).at(levels)[0])
+    spectrum = whole.spectrum(setup)
+    inverse = np.linalg.inv(spectrum.at(levels)[0])
+    driven = sum(level * share[0] for level, share in zip(levels, spectrum.shares[:-1]))
+    excited = np.einsum('kij,kji->', inverse, driven).real / inverse[..., 0].size
     system = setup.system
     h = system.transfer(frame.frequencies_hz, system.rate_hz)[
         :, :, system.inputs.index('torque_x')]
     row = np.einsum('ki,kij->kj', h.conj(), inverse)
-    return row, np.sqrt(np.einsum('kj,kj->k', row, h).real), inverse
+    return row, np.sqrt(np.einsum('kj,kj->k', row, h).real), inverse, float(excited)
 
 
 def torque_signs(torque, names):
@@ -201,19 +213,22 @@ def line(torque):
 
     """
     series = np.zeros(2 * torque.rows)
-    series[:torque.rows] = torque.series() * torque.taper
+    series[:torque.rows] = torque.series() * torque.taper * np.sqrt(
+        2 * len(torque.values) / torque.rows)
     last = torque.first + len(torque.values)
     # twice as many bins: a sine between two of them keeps 90 % of its power
-    fine = np.fft.rfft(series)[2 * torque.first:2 * last - 1] / np.sqrt(2.0)
+    fine = np.fft.rfft(series)[2 * torque.first:2 * last - 1]
     power = np.abs(fine) ** 2
-    power *= np.log(2) / np.median(power[::2])
+    # a strong line has raised the levels that the torque was taken at
+    scale = np.median(power[::2]) / np.log(2)
+    power /= scale
     best = int(np.argmax(power))
     p = _chance(power[best], 1.5 * len(torque.values))
     if p > SURE:
         return None
     frequency = _refine(power, best) / 2 + torque.first
     gain = np.interp(frequency, np.arange(torque.first, last), torque.gain)
-    height = np.sqrt(max(_top(power, best) - 1.0, 0.0))
+    height = np.sqrt(scale * max(_top(power, best) - 1.0, 0.0))
     amplitude = 2 * height / gain / np.sum(torque.taper)
     frequency_hz = frequency * torque.rate_hz / torque.rows
     size = np.sqrt(2 * power[best])
@@ -304,15 +319,7 @@ def _peaks(unit, ring):
 
 def swing(torque):
     """Find the strongest sinusoidal swing of the level of all that excites, eq. (109)."""
-    there = ~torque.missing[torque.inside]
-    level = np.zeros(len(there))
-    for values in torque.white.T:
-        # The mean magnitude follows the level in a straight line, and minds pulses less than
-        # power.
-        unit = np.abs(torque.series(values=values)[torque.inside])
-        unit = np.minimum(unit, MAGNITUDE * np.median(unit))
-        level += unit / unit[there].mean() / torque.white.shape[1]
-    level = np.where(there, level, 1.0)
+    level = _magnitude(torque)
     count = len(level)
     longest = count / torque.rate_hz / SLOWEST
     block = max(1, int(torque.rate_hz / 8))     # means over an eighth of a second are enough
@@ -328,14 +335,24 @@ def swing(torque):
     low, few = int(np.ceil(1 / longest / df)), int(4 / df * torque.rate_hz / count)
     gains[low:few] = [_sine_fit(coarse, at, f)[0] / (2 * spread) for f in frequencies[low:few]]
     gains[:low], gains[frequencies > FASTEST_HZ] = 0.0, 0.0
+    # pulses ring in what drives, and raise the mean of it at all frequencies
+    gains /= max(1.0, np.median(gains[gains > 0]) / np.log(2))
     best = int(np.argmax(gains))
-    _, (cosine, sine) = _sine_fit(coarse, at, frequencies[best])
-    depth = float(min(np.hypot(cosine, sine), 1.0))
     p = _chance(gains[best], 4 * FASTEST_HZ * count / torque.rate_hz)
     if p > SURE:
         return None
+    frequency = minimize_scalar(lambda f: -_sine_fit(coarse, at, f)[0], bounds=(
+        frequencies[best - 1], frequencies[best + 1])).x
+    _, (cosine, sine) = _sine_fit(coarse, at, frequency)
     size = np.sqrt(2 * gains[best])
-    period = 1 / frequencies[best]
+    period = 1 / frequency
+    # once more, so that crests are not cut for being crests
+    turns = 2 * np.pi * np.arange(count) / torque.rate_hz / period
+    level = _magnitude(torque, 1 + min(1, 0.95 / np.hypot(cosine, sine)) * (
+        cosine * np.cos(turns) + sine * np.sin(turns)))
+    _, (cosine, sine) = _sine_fit(level[:rows * block].reshape(-1, block).mean(axis=1), at,
+                                  frequency)
+    depth = _undiluted(np.hypot(cosine, sine), torque.excited)
     phase = np.arctan2(cosine, sine) - 2 * np.pi * torque.inside.start / torque.rate_hz / period
     return Symptom(within(
         effect_class('nonstationary_excitation'), depth=depth, period_s=period,
@@ -343,6 +360,29 @@ def swing(torque):
                    f'the level swings by {100 * depth:.0f} % every {period:.0f} s',
                    {'depth': depth / size, 'period_s': np.sqrt(6) / np.pi / size * period ** 2
                     * torque.rate_hz / count, 'phase_rad': 2 / size})
+
+
+def _magnitude(torque, level=1.0):
+    """
+    Return the mean magnitude over time of all that drives, about 1; 1 where rows are missing.
+
+    It follows a level in a straight line, and minds pulses less than power does.
+    """
+    there = ~torque.missing[torque.inside]
+    total = np.zeros(len(there))
+    for values in torque.white.T:
+        unit = np.abs(torque.series(values=values)[torque.inside]) / level
+        unit = np.minimum(unit, MAGNITUDE * np.median(unit)) * level
+        total += unit / unit[there].mean() / torque.white.shape[1]
+    return np.where(there, total, 1.0)
+
+
+def _undiluted(seen, excited):
+    """Return the depth of a level, of which the share of power that it scales shows `seen`."""
+    depths = np.linspace(0.0, 1.0, 101)
+    sine = np.sin(2 * np.pi * (np.arange(64) + 0.5) / 64)
+    magnitude = np.sqrt(1 - excited + excited * (1 + depths[:, None] * sine) ** 2)
+    return float(np.interp(seen, 2 * (magnitude @ sine) / magnitude.sum(axis=1), depths))
 
 
 def _level(unit, period):

@@ -63,6 +63,26 @@ def test_mean_periodogram_is_the_expected_one(text, spacecraft):
     assert abs(bands.mean() - 1) < 4 * sd / np.sqrt(count) + 2e-3
 
 
+@pytest.mark.parametrize('period_s', [9.0, 60.0])
+def test_slow_modes_follow_a_swing_late(period_s, spacecraft):
+    """Below 1 Hz modes ring for as long as the level swings: every piece has its own share."""
+    records = 20
+    effect = parse_effect(f'nonstationary_excitation:depth=0.9,period_s={period_s:g}')
+    setup = inject(spacecraft, [effect], SECONDS)
+    seen = 0.0
+    for seed in range(records):
+        samples = simulate_setup(setup, seed)
+        frame = make_frame(len(samples.values), 100.0, SETTINGS)
+        seen = seen + periodograms(spectra(samples, frame)) / records
+    model = expected(setup, frame)
+    white = np.einsum('skij,skji->sk', np.linalg.inv(model.at(np.ones(len(model.names)))),
+                      seen).real / 4
+    for band in (frame.frequencies_hz < 1, frame.frequencies_hz > 1):
+        sd = np.sqrt(frame.crowding / (4 * records * band.sum()))
+        # 60 s: by a level that all modes follow at once a piece below 1 Hz is off by 30 sd
+        assert np.abs(white[:, band].mean(axis=1) - 1).max() < 5 * sd
+
+
 def test_floor_from_theory_and_from_wishart_draws():
     """Eq. (102) against random matrices."""
     rng = np.random.default_rng(1)
