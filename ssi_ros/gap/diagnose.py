@@ -9,7 +9,7 @@ from ssi_ros.effects import effect_class, library
 from ssi_ros.gap.cache import load_templates, save_templates, templates_key
 from ssi_ros.gap.candidate import Candidate, starting_points
 from ssi_ros.gap.check import centred, longest_part, match
-from ssi_ros.gap.conclude import conclude, no_gap, texts, too_little, wrong_level
+from ssi_ros.gap.conclude import conclude, LEFT_OVER, no_gap, texts, too_little, wrong_level
 from ssi_ros.gap.fit import fit, level_gap, Simulator
 from ssi_ros.gap.holes import filled, without_rails
 from ssi_ros.gap.indirect import made_by
@@ -149,6 +149,7 @@ def _diagnose(spacecraft, samples, settings, names, pairs, present, tell):
     def made(fitted):
         return made_by(simulator, fitted, tolerance)
 
+    @cache
     def left_by(best):
         rest = score(templates, best.fit, evidence, tolerance)
         more, odd, meter = look(best.fit, tuple(n for n in sought if n not in best.names))
@@ -170,11 +171,14 @@ def _diagnose(spacecraft, samples, settings, names, pairs, present, tell):
         if rest.far:
             ranked = search.wider(ranked, signs)
             rest = left_by(ranked[0])
+        if rest.p_value < LEFT_OVER:
+            ranked, rest = _credited(ranked, left_by, nominal, len(names))
         if pairs and rest.p_value < DOUBT:
             single = ranked[0]
             search.tell = lambda share: tell(0.7 + 0.2 * share)
-            ranked = sorted(ranked + search.pairs(scores, rest.scores, ranked, signs, rest.signs),
-                            key=lambda r: -worth(r, len(names)))
+            both = [replace(r, credit=single.credit) if set(single.names) <= set(r.names) else r
+                    for r in search.pairs(scores, rest.scores, ranked, signs, rest.signs)]
+            ranked = sorted(ranked + both, key=lambda r: -worth(r, len(names)))
             if ranked[0] is not single:
                 rest = left_by(ranked[0])
         left = rest.p_value
@@ -192,6 +196,26 @@ def _diagnose(spacecraft, samples, settings, names, pairs, present, tell):
     tell(1.0)
     return conclude(ranked, before, left, gap, where, scores, signs, texts(shown), settings,
                     len(names), controls)
+
+
+def _credited(ranked, left_by, nominal, effects):
+    """
+    Credit candidates with what their expected spectra, not exact, lose on their own records.
+
+    Return them in the new order, and what the best one leaves. The best so far explains nothing:
+    another hinge law may do so whose linear equivalent is worse.
+    """
+    hopeful = (ranked[0].fit.likelihood + nominal.likelihood) / 2
+    tried, others = ranked[:1], []
+    for r in ranked[1:]:
+        nonlinear = any(e.nonlinear for e in r.fit.candidate.effects)
+        (tried if nonlinear and r.fit.likelihood > hopeful else others).append(r)
+    found = {}
+    for r in tried:
+        rest = left_by(r)
+        found[replace(r, credit=rest.floor.credit if rest.floor else 0.0)] = rest
+    order = sorted([*found, *others], key=lambda r: -worth(r, effects))
+    return order, found[order[0]]
 
 
 def _whole_and_local(meter):

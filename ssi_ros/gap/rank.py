@@ -37,6 +37,8 @@ class Ranked:
         Log likelihood of signs that the spectrum does not show.
     places : int
         Among how many places the effects' were chosen.
+    credit : float
+        Log likelihood that its expected spectrum, not exact, loses on records that it makes.
     held_out : tuple of Gap
         On the pieces that each of two fits did not see; empty before `try_held_out`.
     made : Made, optional
@@ -50,6 +52,7 @@ class Ranked:
     fit: Fit
     bonus: float = 0.0
     places: int = 1
+    credit: float = 0.0
     held_out: tuple = ()
     made: Made = None
     floor: float = 0.0
@@ -68,7 +71,7 @@ class Ranked:
     @property
     def evidence(self):
         """Log evidence, eq. (112)."""
-        return (self.fit.likelihood + self.bonus - np.log(self.places)
+        return (self.fit.likelihood + self.bonus + self.credit - np.log(self.places)
                 + occam(self.fit.candidate, self.fit.covariance))
 
     @property

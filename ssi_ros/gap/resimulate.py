@@ -48,6 +48,8 @@ class Floor:
         independent bins would.
     signs : dict of str to list of float
         p-values of the signs of the records, by effect or name.
+    credit : float
+        Log likelihood that the candidate loses by its expected spectrum.
 
     """
 
@@ -60,6 +62,7 @@ class Floor:
     crowding: float
     scatter: np.ndarray
     signs: dict
+    credit: float
 
     def against(self, scores, meter, signs, odd):
         """Return scores, p-values of the meter, and both kinds of signs, against this floor."""
@@ -122,7 +125,9 @@ def floor_by_simulation(simulator, best, made, templates, tolerance, settings, n
     whitened = np.mean([m.whitened for m in meters], axis=0)
     # their own mean takes a fifth of the scatter away
     crowding = np.mean([m.ratio(whitened) for m in meters]) / (1 - 1 / RECORDS)
+    one = meters[0]
+    lost = float(np.mean(deviations)) * one.floor_std * len(one.bands) * one.looks
     return Floor(np.mean(z, axis=0), float(np.mean(deviations)),
                  max(1.0, float(np.std(deviations, ddof=1))), float(np.mean(halves)),
                  max(1.0, float(np.std(halves, ddof=1))), whitened, max(1.0, float(crowding)),
-                 np.sqrt(np.maximum(1.0, variance)), seen)
+                 np.sqrt(np.maximum(1.0, variance)), seen, max(lost, 0.0))
