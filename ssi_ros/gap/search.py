@@ -15,7 +15,10 @@ BEHIND = 12.0           # log likelihood behind the best at which a candidate is
 PROMISING = 2.0         # gain of the log likelihood that a template must promise
 KEPT = 5                # candidates that are fitted to the end, at most
 RIVALS = 3              # and at least, however bad: what a wrong effect closes is told
+LOOK_STEPS = 2          # of a fit at one of many sizes
+HOPEFUL = 3             # sizes of an effect that are fitted further
 OTHERS = 5              # starts of an effect beside its best
+SIZES = (0.3, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0)    # starting values of a large size
 PAIRS = 4               # pairs that are fitted
 
 
@@ -55,11 +58,14 @@ class Search:
     def wider(self, known, signs):
         """Fit effects from sizes far away, for a gap that no small one explains."""
         starts = []
-        for name in dict.fromkeys(n for r in known for n in r.names):
+        for name in list(dict.fromkeys(n for r in known for n in r.names))[:RIVALS]:
             best = next(r for r in known if name in r.names)
             effect = best.fit.candidate.effects[best.names.index(name)]
-            starts += brackets(effect)
-        more = self._fit_all([Candidate((e,)) for e in starts], signs, self.nominal)
+            looks = [fit(self.simulator, self.evidence, Candidate((e,)), self.nominal.levels,
+                         LOOK_STEPS, self.tolerance) for e in brackets(effect)]
+            looks = sorted((f for f in looks if f is not None), key=lambda f: -f.likelihood)
+            starts += [f.candidate for f in looks[:HOPEFUL]]
+        more = self._fit_all(starts, signs, self.nominal)
         return self._sorted(known + more)
 
     def pairs(self, scores, second, singles, signs, more):
@@ -245,6 +251,6 @@ def brackets(effect):
     if start is None or not effect.spectral:
         return []
     signs = (1.0,) if effect.one_sided() else (-1.0, 1.0)
-    values = [f.default + s * start * k for s in signs for k in (0.3, 1.0, 2.0, 4.0, 8.0, 16.0)]
+    values = [f.default + s * start * k for s in signs for k in SIZES]
     return [replace(effect, **{f.name: v}) for v in values
             if f.metadata['low'] <= v <= f.metadata['high']]
