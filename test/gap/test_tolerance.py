@@ -50,6 +50,17 @@ def test_a_tolerance_takes_in_what_it_names(simulator):
     assert -1e-6 < more < len(free.names)
 
 
+def test_a_model_far_from_the_record_does_not_win_by_its_tolerances(simulator):
+    """Their quadratic holds near by; far away it once gave a low-pass 10^7 of log likelihood."""
+    evidence = evidence_of(simulator, 'stiffness_drift:change=0.03')
+    free = tolerances(simulator, Candidate(), np.ones(3), DiagnosisSettings())
+    right, wrong = (fit(simulator, evidence, Candidate((parse_effect(t),)), steps=1,
+                        tolerance=free).likelihood
+                    for t in ('stiffness_drift:change=0.03',
+                              'sensor_bandwidth:channel=all,corner_hz=8'))
+    assert wrong < right
+
+
 def test_the_corrected_model_is_what_the_gain_promises(simulator):
     """The likelihood of the corrected spectrum is that of the profile, to second order."""
     wide = replace(DiagnosisSettings(), gain_std=0.003)

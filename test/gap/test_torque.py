@@ -49,6 +49,19 @@ def test_a_disturbance_is_found_with_its_numbers(text, test, exact):
     assert sign.stds[exact] < 0.1 * getattr(true, exact)
 
 
+@pytest.mark.parametrize('text, test', [
+    ('harmonic_disturbance:frequency_hz=7.3,torque_n_m=3', line),
+    ('wheel_speed_sweep:start_hz=20,end_hz=2,torque_n_m=1', sweep),
+    ('nonstationary_excitation:depth=0.7,period_s=77,phase_rad=1', swing)])
+def test_a_gross_disturbance_is_told_as_exactly(text, test):
+    """Hundreds of deviations: no grid and no power that the disturbance adds shows in numbers."""
+    true = parse_effect(text)
+    sign = test(torque_of(text))
+    for name, std in sign.stds.items():
+        assert abs(getattr(sign.effect, name) - getattr(true, name)) < 5 * std
+    assert sign.stds[true.size] < 0.02 * getattr(true, true.size)
+
+
 def test_pulses_are_no_swing_and_a_swing_no_pulses():
     """Each of the two leaves the other's test at rest."""
     assert swing(torque_of('impulsive_events:rate_per_min=6,impulse_n_m_s=0.1')) is None
