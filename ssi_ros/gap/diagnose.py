@@ -194,8 +194,15 @@ def _diagnose(spacecraft, samples, settings, names, pairs, present, tell):
     controls = [before] + [try_held_out(simulator, evidence, r, settings, tolerance)
                            for r in search.at_random(templates, ranked)]
     tell(1.0)
-    return conclude(ranked, before, left, gap, where, scores, signs, texts(shown), settings,
-                    len(names), controls)
+    found = conclude(ranked, before, left, gap, where, scores, signs, texts(shown), settings,
+                     len(names), controls)
+    if found.outcome not in ('EXPLAINED', 'TIED'):
+        return found
+    best = next(r for r in ranked if r.names == found.verdict['effects'])
+    again = locate(simulator, nominal.model, evidence, settings,
+                   (best.fit.model, found.verdict['probability']))
+    return replace(found, where={**found.where, **{
+        k: again[k] for k in ('bands', 'modes', 'times')}})
 
 
 def _credited(ranked, left_by, nominal, effects):

@@ -112,9 +112,22 @@ def measure(model, evidence, band_bins):
                whitened, looks)
 
 
-def _distance(whitened):
-    return (np.trace(whitened, axis1=1, axis2=2).real - np.linalg.slogdet(whitened)[1]
-            - whitened.shape[-1])
+def whitened(model, other):
+    """Return other expected periodograms whitened by a model, each (a, k, l, l)."""
+    lower = np.linalg.inv(np.linalg.cholesky(model))
+    return lower @ other @ lower.conj().swapaxes(-1, -2)
+
+
+def distance_of(white, bins):
+    """Return D of the bands of whitened periodograms, shape (a, b)."""
+    count, d = white.shape[1] // bins, white.shape[-1]
+    bands = white[:, :count * bins].reshape(len(white), count, bins, d, d).mean(axis=2)
+    return _distance(bands.reshape(-1, d, d)).reshape(len(white), count)
+
+
+def _distance(white):
+    return (np.trace(white, axis1=1, axis2=2).real - np.linalg.slogdet(white)[1]
+            - white.shape[-1])
 
 
 def floor_of_band(n, d):

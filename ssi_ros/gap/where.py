@@ -2,7 +2,7 @@
 import numpy as np
 from scipy.stats import norm
 
-from ssi_ros.gap.meter import floor_of_band, measure
+from ssi_ros.gap.meter import distance_of, floor_of_band, measure, whitened
 from ssi_ros.model.system import natural_modes
 
 HALF_POWER_BANDS = 3
@@ -10,12 +10,13 @@ WIDER = 6               # times the bands of the meter, for a piece alone
 REGIMES = 3             # of amplitude that the pieces are sorted into
 
 
-def locate(simulator, model, evidence, settings):
+def locate(simulator, model, evidence, settings, told=None):
     """
     Return the shares of the gap by sensor, band, mode, time and amplitude, with p-values.
 
     Each list of shares adds up to 1 or less; a p-value is the chance of so much above the floor
-    where the model is right.
+    where the model is right. What a fitted effect changes has no noise: by its probability the
+    shares of bands, modes and times are its own, (111a).
 
     Parameters
     ----------
@@ -27,6 +28,8 @@ def locate(simulator, model, evidence, settings):
         What was recorded.
     settings : DiagnosisSettings
         Bins of a band.
+    told : tuple of (ndarray, float), optional
+        Expected periodograms of the fitted effect, and its probability.
 
     Returns
     -------
@@ -35,19 +38,31 @@ def locate(simulator, model, evidence, settings):
     """
     gap = measure(model, evidence, settings.band_bins)
     system = simulator.setup(_none()).system
-    bands = _shares(gap.bands)
-    coarse = np.array_split(np.arange(len(bands)), min(12, len(bands)))
-    shares, chances = _sensor_shares(model, gap, evidence, settings)
     # one piece alone: wider bands, or a band has hardly more spectra than channels
     wide = min(WIDER * settings.band_bins, model.shape[1] // 2)
     pieces = [measure(model, evidence.only([p]), wide) for p in evidence.pieces]
+    coarse = np.array_split(np.arange(len(gap.bands)), min(12, len(gap.bands)))
+    excess, times = gap.bands, _shares(_above(pieces))
+    if told:
+        fitted, probability = told
+        white = whitened(model, fitted)
+        # a mean over all of them would hide what comes and goes
+        steady = distance_of(white.mean(axis=0)[None], settings.band_bins)[0]
+        each = distance_of(white, wide).mean(axis=1)
+        each = each[list(evidence.pieces)] if len(each) > 1 else np.ones(len(times))
+        excess = _mixed(gap.bands, steady, probability)
+        times = _mixed(times, each, probability)
+    shares, chances = _sensor_shares(model, gap, evidence, settings)
+    # noise above and below the floor cancels in a wide band
+    sums = _shares(np.array([excess[i].sum() for i in coarse]))
     return {
         'sensors': [{'name': n, 'share': s, 'p_value': p} for n, s, p in zip(
             system.channels, shares, chances)],
         'bands': [{'low_hz': gap.edges_hz[i[0]], 'high_hz': gap.edges_hz[i[-1] + 1],
-                   'share': bands[i].sum(), 'p_value': _chance(gap, i)} for i in coarse],
-        'modes': _modes(system, gap, bands),
-        'times': _times(pieces, evidence), 'amplitudes': _amplitudes(pieces, evidence)}
+                   'share': share, 'p_value': _chance(gap, i)}
+                  for i, share in zip(coarse, sums)],
+        'modes': _modes(system, gap, excess),
+        'times': _times(pieces, times, evidence), 'amplitudes': _amplitudes(pieces, evidence)}
 
 
 def _none():
@@ -85,14 +100,21 @@ def _sensor_shares(model, gap, evidence, settings):
     return _shares(excess), [float(p) for p in norm.sf(excess / spread)]
 
 
-def _modes(system, gap, bands):
+def _mixed(measured, expected, probability):
+    """Return the sum of both, each as a share of its own, by a probability."""
+    both = [v / max(np.maximum(v, 0.0).sum(), 1e-300) for v in (measured, expected)]
+    return (1 - probability) * both[0] + probability * both[1]
+
+
+def _modes(system, gap, excess):
     modes = natural_modes(system)
+    total = max(np.maximum(excess, 0.0).sum(), 1e-300)
     found, middles = [], (gap.edges_hz[1:] + gap.edges_hz[:-1]) / 2
     width = gap.edges_hz[1] - gap.edges_hz[0]
     for i, (f, xi) in enumerate(zip(modes.frequencies_hz, modes.damping_ratios)):
         reach = max(HALF_POWER_BANDS * 2 * xi * f, width / 2)
         found.append({'frequency_hz': f, 'name': _name(modes.shapes[:, i].real, system.channels),
-                      'share': bands[np.abs(middles - f) <= reach].sum(),
+                      'share': max(excess[np.abs(middles - f) <= reach].sum(), 0.0) / total,
                       'p_value': _chance(gap, np.flatnonzero(np.abs(middles - f) <= reach))})
     return sorted(found, key=lambda m: -m['share'])
 
@@ -116,11 +138,11 @@ def _name(shape, channels):
     return f'{names} {symmetry} {"bending" if bending else "torsion"}'
 
 
-def _times(pieces, evidence):
+def _times(pieces, shares, evidence):
     span = evidence.frame.rows / evidence.frame.rate_hz
     return [{'start_s': p * span, 'end_s': (p + 1) * span, 'share': s,
              'p_value': float(norm.sf(g.deviations))}
-            for p, s, g in zip(evidence.pieces, _shares(_above(pieces)), pieces)]
+            for p, s, g in zip(evidence.pieces, shares, pieces)]
 
 
 def _amplitudes(pieces, evidence):

@@ -1,0 +1,47 @@
+"""Where a gap lies, told by the effect that explains it, is where the true effect changes most."""
+from gap_records import evidence_of, record, SETTINGS
+import numpy as np
+import pytest
+from ssi_ros.effects import parse_effect
+from ssi_ros.gap.candidate import Candidate
+from ssi_ros.gap.fit import fit
+from ssi_ros.gap.meter import distance_of, whitened
+from ssi_ros.gap.where import locate
+
+
+@pytest.mark.parametrize('text', ['array_asymmetry:array=E2,scale=0.998',
+                                  'sensor_crosstalk:source=e2_a,channel=e1_a,gain=0.008'])
+def test_bands_of_a_small_gap_are_those_of_the_truth(text):
+    """A gap of few deviations is noise in most bands; the fitted effect has none."""
+    effect = parse_effect(text)
+    samples, simulator = record(300.0, [effect])
+    evidence = evidence_of(simulator, samples)
+    nominal = fit(simulator, evidence)
+    fitted = fit(simulator, evidence, Candidate((effect,)), nominal.levels)
+    truth = simulator.expected(Candidate((effect,))).at(np.ones(3))
+    right = simulator.expected(Candidate()).at(np.ones(3))
+    true = distance_of(whitened(right, truth), SETTINGS.band_bins)[0]
+    true = np.array([b.sum() for b in np.array_split(true, 12)]) / true.sum()
+
+    def off(told):
+        bands = locate(simulator, nominal.model, evidence, SETTINGS, told)['bands']
+        return np.abs(np.array([b['share'] for b in bands]) - true).sum()
+
+    # half the sum of differences of shares is what lies in a wrong band
+    assert off((fitted.model, 1.0)) / 2 < 0.15
+    assert off((fitted.model, 1.0)) < 0.7 * off(None)
+
+
+def test_times_of_a_swing_are_its_own():
+    """A level that swings is wrong at crests and troughs, and right between."""
+    effect = parse_effect('nonstationary_excitation:depth=0.3,period_s=240')
+    samples, simulator = record(240.0, [effect])
+    evidence = evidence_of(simulator, samples)
+    nominal = fit(simulator, evidence)
+    fitted = fit(simulator, evidence, Candidate((effect,)), nominal.levels)
+    times = locate(simulator, nominal.model, evidence, SETTINGS, (fitted.model, 1.0))['times']
+    middles = np.array([(t['start_s'] + t['end_s']) / 2 for t in times])
+    swing = np.sin(2 * np.pi * middles / 240.0)
+    shares = np.array([t['share'] for t in times])
+    assert shares.sum() == pytest.approx(1.0)
+    assert np.corrcoef(shares, swing ** 2)[0, 1] > 0.7
