@@ -21,8 +21,9 @@ $(VENV)/.ready: requirements.lock setup.py setup.cfg
 demo: $(VENV)/.ready  ## simulate, identify live, record to MCAP, replay, compare
 	@$(BIN)/ssi_ros demo
 
-test: $(VENV)/.ready  ## all tests, on up to four cores
-	@$(BIN)/python -m pytest test --numprocesses=logical --maxprocesses=4 --dist=loadgroup
+test: $(VENV)/.ready  ## all tests: what runs by the clock alone, the rest on up to four cores
+	@$(BIN)/python -m pytest test -m by_the_clock
+	@$(BIN)/python -m pytest test -m 'not by_the_clock' --numprocesses=logical --maxprocesses=4 --dist=loadfile
 
 docs: $(VENV)/.ready  ## make the reference from the code, and the site in build/site
 	@$(BIN)/python -m ssi_ros.ros.reference docs/reference >/dev/null

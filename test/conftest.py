@@ -13,14 +13,10 @@ HERE = pathlib.Path(__file__).parent
 
 
 def pytest_collection_modifyitems(items):
-    """Give each file to one worker, and to one alone all that runs by the clock, first of all."""
-    def by_the_clock(item):
-        return item.path.relative_to(HERE).parts[0] in BY_THE_CLOCK
-
+    """Mark what runs by the clock: `make test` lets it have the machine to itself."""
     for item in items:
-        group = 'clock' if by_the_clock(item) else str(item.path)
-        item.add_marker(pytest.mark.xdist_group(group))
-    items.sort(key=by_the_clock, reverse=True)
+        if item.path.relative_to(HERE).parts[0] in BY_THE_CLOCK:
+            item.add_marker(pytest.mark.by_the_clock)
 
 
 @pytest.fixture

@@ -131,3 +131,8 @@ def _rails(samples):
     hit = np.nanmean(np.abs(samples.values) >= limit)
     return Symptom(effect_class('saturation')(limit_m_s2=limit), 0.0,
                    f'{100 * hit:.2g} % of the values are at the rails of {limit:.4g} m/s^2')
+
+
+def chance(power, cells):
+    """Return the chance of so large an exponential variable in so many cells."""
+    return float(-np.expm1(cells * np.log1p(-min(np.exp(-power), 1 - 1e-16))))

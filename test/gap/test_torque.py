@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from ssi_ros.effects import parse_effect
 from ssi_ros.gap.sweeps import sweep
-from ssi_ros.gap.torque import line, pulses, reconstruct, swing
+from ssi_ros.gap.swings import swing
+from ssi_ros.gap.torque import line, pulses, reconstruct
 
 
 def torque_of(*texts):
