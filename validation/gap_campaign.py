@@ -10,7 +10,6 @@ Every record: level +-3 dB, noise +-20 %, gain of each channel +-0.02 %, stiffne
 +-0.01 %, all uniform. Sizes are in units of d', the deviations by which an oracle would see them.
 """
 import argparse
-from dataclasses import replace
 import json
 import time
 
@@ -30,6 +29,7 @@ from ssi_ros.gap.spectra import make_frame, spectra
 from ssi_ros.gap.tolerance import no_tolerance, tolerances
 from ssi_ros.gap.torque import reconstruct
 from ssi_ros.model import load_spacecraft
+from validation.gap_reference import at_decibel
 
 SECONDS = 600.0
 DETECTION = (2.0, 4.0, 8.0, 16.0)
@@ -114,13 +114,7 @@ def hinge(rng, cls, place, detection):
 
 def record(rng, oracle, effects, seed):
     """Simulate effects with the nuisances of the head of this file."""
-    level = 10 ** (rng.uniform(-3, 3) / 20)
-    craft = oracle.spacecraft
-    excitation = replace(craft.excitation, process_noise_rms=craft.excitation.process_noise_rms
-                         * level, torque_rms_n_m=tuple(
-                             t * level for t in craft.excitation.torque_rms_n_m))
-    craft = replace(craft, excitation=excitation,
-                    noise_rms_m_s2=craft.noise_rms_m_s2 * rng.uniform(0.8, 1.2))
+    craft = at_decibel(oracle.spacecraft, rng.uniform(-3, 3), rng.uniform(0.8, 1.2))
     gain, stiff = effect_class('sensor_gain'), effect_class('array_asymmetry')
     small = [gain(channel=s.name, scale=1 + rng.uniform(-2e-4, 2e-4)) for s in craft.sensors]
     small += [stiff(array=a.name, scale=1 + rng.uniform(-1e-4, 1e-4)) for a in craft.arrays]

@@ -13,7 +13,7 @@ from ssi_ros.effects import inject, parse_effect, simulate_setup
 from ssi_ros.gap.diagnose import diagnose
 from ssi_ros.model import load_spacecraft
 
-from validation.gap_reference import at_level, CASES, DECIBEL, SECONDS
+from validation.gap_reference import at_decibel, CASES, SECONDS
 
 LARGER = (
     'excitation_colour:corner_hz=5', 'harmonic_disturbance:frequency_hz=7.3,torque_n_m=3',
@@ -47,8 +47,8 @@ def main(first=0, step=1):
           + '|---' * 6 + '|', flush=True)
     for k, case in list(enumerate(CASES + LARGER))[first::step]:
         effect = parse_effect(case)
-        level = DECIBEL ** np.random.default_rng(k).uniform(-3, 3)
-        samples = simulate_setup(inject(at_level(spacecraft, level), [effect], SECONDS), SEED + k)
+        craft = at_decibel(spacecraft, np.random.default_rng(k).uniform(-3, 3))
+        samples = simulate_setup(inject(craft, [effect], SECONDS), SEED + k)
         begin = time.process_time()
         found = diagnose(spacecraft, samples)
         took = time.process_time() - begin

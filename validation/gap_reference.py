@@ -5,7 +5,6 @@ Measure the diagnosis against a reference recording: false alarms, effects, meas
     python -m validation.gap_reference effects
     SSI_ROS_DATA=FOLDER python -m validation.gap_reference records
 """
-from dataclasses import replace
 import os
 from pathlib import Path
 import sys
@@ -14,6 +13,7 @@ import time
 import numpy as np
 from scipy.io import loadmat
 from ssi_ros.effects import inject, parse_effect, simulate_setup
+from ssi_ros.gap.indirect import at_levels
 from ssi_ros.gap.reference import diagnose_reference
 from ssi_ros.model import load_spacecraft
 from ssi_ros.records import Samples
@@ -41,7 +41,6 @@ CASES = (
     'channel_delay:channel=e1_b,delay_s=0.001', 'clock_rate:ppm=2000',
     'timestamp_jitter:rms_s=0.001', 'dropped_samples:fraction=0.02')
 SECONDS = 600.0
-DECIBEL = 10 ** (1 / 20)
 
 
 def null(runs, duration_s=SECONDS, channels=4):
@@ -49,8 +48,7 @@ def null(runs, duration_s=SECONDS, channels=4):
     quiet = load_spacecraft()
     alarms = []
     for seed in range(runs):
-        factor = DECIBEL ** np.random.default_rng(seed).uniform(-3, 3)
-        loud = at_level(quiet, factor)
+        loud = at_decibel(quiet, np.random.default_rng(seed).uniform(-3, 3))
         pair = [few(simulate_setup(inject(s, (), duration_s), 30_000 + 2 * seed + k), channels)
                 for k, s in enumerate((quiet, loud))]
         found = diagnose_reference(*pair)
@@ -61,12 +59,10 @@ def null(runs, duration_s=SECONDS, channels=4):
     print(f'{sum(alarms)} alarms in {runs} pairs of {duration_s:g} s, {channels} channels')
 
 
-def at_level(spacecraft, factor):
-    """Return the spacecraft with all of its excitation times a factor."""
-    levels = spacecraft.excitation
-    torque = tuple(factor * t for t in levels.torque_rms_n_m)
-    return replace(spacecraft, excitation=replace(
-        levels, torque_rms_n_m=torque, process_noise_rms=factor * levels.process_noise_rms))
+def at_decibel(spacecraft, level, noise=1.0):
+    """Return the spacecraft with all of its excitation at a level [dB], and its noise."""
+    power = 10 ** (level / 10)
+    return at_levels(spacecraft, (power, power, noise ** 2))
 
 
 def few(samples, channels):

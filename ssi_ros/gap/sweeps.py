@@ -26,7 +26,7 @@ def sweep(torque):
     Symptom or None
 
     """
-    unit = np.where(np.isfinite(torque.series()), torque.series(), 0.0)
+    unit = torque.series()
     unit[:torque.inside.start], unit[torque.inside.stop:] = 0.0, 0.0
     unit = np.clip(unit, -6.0, 6.0)             # a pulse is no sweep
     duration_s = torque.rows / torque.rate_hz

@@ -71,13 +71,17 @@ class Torque:
     excited: float
     missing: np.ndarray
 
+    def tapered(self, values):
+        """Return the tapered time series of such a spectrum, shape (rows,)."""
+        full = np.zeros(self.rows // 2 + 1, complex)
+        full[self.first:self.first + len(values)] = values
+        return np.fft.irfft(full, self.rows)
+
     def series(self, weight=1.0, values=None):
         """Return the time series of weighted values, of unit variance, shape (rows,)."""
-        full = np.zeros(self.rows // 2 + 1, complex)
         weight = np.broadcast_to(weight, self.values.shape)
         values = self.values if values is None else values
-        full[self.first:self.first + len(self.values)] = values * weight
-        return np.fft.irfft(full, self.rows) * (
+        return self.tapered(values * weight) * (
             self.rows / np.sqrt(2 * np.sum(weight ** 2)) / (self.taper * np.sqrt(self.rows)))
 
     @property
@@ -209,9 +213,7 @@ def line(torque):
     Symptom or None
 
     """
-    series = np.zeros(2 * torque.rows)
-    series[:torque.rows] = torque.series() * torque.taper * np.sqrt(
-        2 * len(torque.values) / torque.rows)
+    series = np.concatenate([torque.tapered(torque.values), np.zeros(torque.rows)])
     last = torque.first + len(torque.values)
     # twice as many bins: a sine between two of them keeps 90 % of its power
     fine = np.fft.rfft(series)[2 * torque.first:2 * last - 1]

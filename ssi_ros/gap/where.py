@@ -45,10 +45,10 @@ def locate(simulator, model, evidence, settings, told=None):
     excess, times = gap.bands, _shares(_above(pieces))
     if told:
         fitted, probability = told
-        white = whitened(model, fitted)
+        change = whitened(model, fitted)
         # a mean over all of them would hide what comes and goes
-        steady = distance_of(white.mean(axis=0)[None], settings.band_bins)[0]
-        each = distance_of(white, wide).mean(axis=1)
+        steady = distance_of(change.mean(axis=0)[None], settings.band_bins)[0]
+        each = distance_of(change, wide).mean(axis=1)
         each = each[list(evidence.pieces)] if len(each) > 1 else np.ones(len(times))
         excess = _mixed(gap.bands, steady, probability)
         times = _mixed(times, each, probability)
