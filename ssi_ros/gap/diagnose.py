@@ -182,10 +182,7 @@ def _diagnose(spacecraft, samples, settings, names, pairs, present, tell):
             if ranked[0] is not single:
                 rest = left_by(ranked[0])
         left = rest.p_value
-        ranked[0] = replace(ranked[0], made=made(ranked[0].fit))
-        if rest.floor:
-            ranked[0] = replace(ranked[0], floor=rest.floor.halves,
-                                scatter=rest.floor.spread_of_halves)
+        ranked[0] = replace(ranked[0], made=made(ranked[0].fit), floor=rest.floor)
         # a mode that moved looks like a line beside it: what went with the effect is not told
         shown = tuple(s for s in signs if s.effect.name in ranked[0].names) + rest.signs + rest.odd
     tell(0.9)

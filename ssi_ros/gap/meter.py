@@ -4,6 +4,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import digamma, polygamma
 from scipy.stats import gamma
+from ssi_ros.gap.likelihood import white
+
+Z90 = 1.645             # standard deviations to both sides of a 90 % interval
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,12 +53,12 @@ class Gap:
             How much larger it makes the variance.
 
         """
-        white, width, least, tries = self._against(against), 1, 1.0, 0
-        while width <= len(white):
-            count = len(white) // width
-            distance = _distance(white[:count * width].reshape(
-                count, width, *white.shape[1:]).mean(axis=1))
-            floor, std = floor_of_band(self.looks * width, white.shape[-1])
+        bands, width, least, tries = self._against(against), 1, 1.0, 0
+        while width <= len(bands):
+            count = len(bands) // width
+            distance = _distance(bands[:count * width].reshape(
+                count, width, *bands.shape[1:]).mean(axis=1))
+            floor, std = floor_of_band(self.looks * width, bands.shape[-1])
             # a gamma variable of that mean and deviation
             least = min(least, gamma.sf(distance.max() / spread, (floor / std) ** 2,
                                         scale=std ** 2 / floor))
@@ -67,10 +70,7 @@ class Gap:
         return float(_distance(self._against(against)).mean() / self.floor)
 
     def _against(self, against):
-        if against is None:
-            return self.whitened
-        lower = np.linalg.inv(np.linalg.cholesky(against))
-        return lower @ self.whitened @ lower.conj().swapaxes(-1, -2)
+        return self.whitened if against is None else whitened(against, self.whitened)
 
     @property
     def deviations(self):
@@ -97,37 +97,64 @@ def measure(model, evidence, band_bins):
 
     """
     seen, times, model = evidence.against(model)
-    lower = np.linalg.inv(np.linalg.cholesky(model))
-    white = (lower @ seen @ lower.conj().swapaxes(-1, -2)).mean(axis=0)
-    count = len(white) // band_bins
-    d = white.shape[-1]
-    whitened = white[:count * band_bins].reshape(count, band_bins, d, d).mean(axis=1)
-    distance = _distance(whitened)
+    bins = whitened(model, seen).mean(axis=0)
+    count = len(bins) // band_bins
+    d = bins.shape[-1]
+    bands = bins[:count * band_bins].reshape(count, band_bins, d, d).mean(axis=1)
+    distance = _distance(bands)
     frame = evidence.frame
     looks = len(evidence.pieces) * band_bins / frame.crowding_of(band_bins)
     floor, spread = floor_of_band(looks, d)
     edges = frame.frequencies_hz[:count * band_bins:band_bins]
     edges = np.append(edges, edges[-1] + band_bins * frame.rate_hz / frame.rows)
     return Gap(float(distance.mean()), floor, spread / np.sqrt(count), distance - floor, edges,
-               whitened, looks)
+               bands, looks)
 
 
 def whitened(model, other):
-    """Return other expected periodograms whitened by a model, each (a, k, l, l)."""
-    lower = np.linalg.inv(np.linalg.cholesky(model))
-    return lower @ other @ lower.conj().swapaxes(-1, -2)
+    """Return Hermitian matrices whitened by those of a model, each (..., l, l)."""
+    return white(np.linalg.inv(np.linalg.cholesky(model)), other)
 
 
-def distance_of(white, bins):
+def distance_of(periodograms, bins):
     """Return D of the bands of whitened periodograms, shape (a, b)."""
-    count, d = white.shape[1] // bins, white.shape[-1]
-    bands = white[:, :count * bins].reshape(len(white), count, bins, d, d).mean(axis=2)
-    return _distance(bands.reshape(-1, d, d)).reshape(len(white), count)
+    a, count, d = len(periodograms), periodograms.shape[1] // bins, periodograms.shape[-1]
+    return _distance(periodograms[:, :count * bins].reshape(a, count, bins, d, d).mean(axis=2))
 
 
-def _distance(white):
-    return (np.trace(white, axis1=1, axis2=2).real - np.linalg.slogdet(white)[1]
-            - white.shape[-1])
+def _distance(bands):
+    return (np.trace(bands, axis1=-2, axis2=-1).real - np.linalg.slogdet(bands)[1]
+            - bands.shape[-1])
+
+
+def closed_share(whole, left, floor, floor_std):
+    """
+    Return the share of a gap that is gone, with its 90 % interval by Fieller's theorem, (113).
+
+    What is gone and what is left are taken for normal and independent; noise that the gap before
+    has in common with that after is not in what is gone.
+
+    Parameters
+    ----------
+    whole, left : float
+        Gap above its floor before and after [nats].
+    floor, floor_std : float
+        Mean and standard deviation of the gap after where nothing is left.
+
+    Returns
+    -------
+    share, low, high : float
+
+    """
+    gone = whole - left
+    # the distance is chi-squared, not central by what is not noise
+    per_nat = 2 * floor_std ** 2 / floor
+    of_gone, of_left = per_nat * max(gone, 0.0), floor_std ** 2 + per_nat * max(left, 0.0)
+    a = whole ** 2 - Z90 ** 2 * (of_gone + of_left)
+    b = whole * gone - Z90 ** 2 * of_gone
+    c = gone ** 2 - Z90 ** 2 * of_gone
+    root = np.sqrt(max(b ** 2 - a * c, 0.0))
+    return float(gone / whole), float((b - root) / a), float((b + root) / a)
 
 
 def floor_of_band(n, d):

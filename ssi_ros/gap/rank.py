@@ -11,11 +11,9 @@ import numpy as np
 from ssi_ros.effects.base import is_log
 from ssi_ros.gap.fit import Fit, fit
 from ssi_ros.gap.indirect import Made
-from ssi_ros.gap.meter import measure
+from ssi_ros.gap.meter import closed_share, measure
 
 REFIT_STEPS = 3
-BLOCK = 8               # bands that the bootstrap keeps together
-DRAWS = 400
 DECADES = 6.0           # nats that the logarithm of an unknown size may lie in
 SINGLE, PAIR = 0.6, 0.1         # prior odds to "something else", 0.1, and to no effect, 0.2
 UNKNOWN, NONE = 0.1, 0.2
@@ -43,9 +41,8 @@ class Ranked:
         On the pieces that each of two fits did not see; empty before `try_held_out`.
     made : Made, optional
         What a simulator has to be given instead of the fit, of a nonlinear candidate.
-    floor, scatter : float
-        Mean and standard deviation of the deviations that it leaves of records that it makes,
-        where these were looked at.
+    floor : resimulate.Floor, optional
+        What it leaves of records that it makes, where these were looked at.
 
     """
 
@@ -55,8 +52,7 @@ class Ranked:
     credit: float = 0.0
     held_out: tuple = ()
     made: Made = None
-    floor: float = 0.0
-    scatter: float = 1.0
+    floor: object = None
 
     @property
     def told(self):
@@ -82,12 +78,14 @@ class Ranked:
     @property
     def deviations(self):
         """How many standard deviations the held-out gap is above its floor, eq. (119)."""
-        return (above_floor(self.held_out) - max(self.floor, 0.0)) / self.scatter
+        mean, scatter = self.own
+        return (above_floor(self.held_out) - mean) / scatter
 
     @property
-    def bands(self):
-        """Held-out gap above the floor of every band, shape (b,)."""
-        return np.mean([g.bands for g in self.held_out], axis=0)
+    def own(self):
+        """Mean and standard deviation of the deviations that it leaves of its own records."""
+        return (max(self.floor.halves, 0.0), self.floor.spread_of_halves) if self.floor else (
+            0.0, 1.0)
 
 
 def above_floor(gaps):
@@ -162,20 +160,18 @@ def try_held_out(simulator, evidence, ranked, settings, tolerance):
 
 def closed(before, after):
     """
-    Return the share of the gap that is gone, with a 90 % interval of a block bootstrap.
+    Return the share of the gap that is gone, with its 90 % interval, (113).
 
     NaN where the gap before is within three standard deviations of its floor, or of what the
-    candidate leaves of its own records, eq. (113).
+    candidate leaves of its own records.
     """
-    if before.deviations < 3.0 * after.scatter + max(after.floor, 0.0):
+    mean, scatter = after.own
+    if before.deviations < 3.0 * scatter + mean:
         return float('nan'), float('nan'), float('nan')
-    a, b = before.bands, after.bands
-    count = len(a) // BLOCK
-    a, b = (v[:count * BLOCK].reshape(count, BLOCK).sum(axis=1) for v in (a, b))
-    draws = np.random.default_rng(0).integers(0, count, (DRAWS, count))
-    ratios = 1 - b[draws].sum(axis=1) / np.maximum(a[draws].sum(axis=1), 1e-12)
-    low, high = np.quantile(ratios, [0.05, 0.95])
-    return float(1 - after.bands.sum() / before.bands.sum()), float(low), float(high)
+    whole, left = (np.mean([g.value - g.floor for g in r.held_out]) for r in (before, after))
+    gaps = after.held_out
+    spread = np.sqrt(np.sum([g.floor_std ** 2 for g in gaps])) / len(gaps)
+    return closed_share(whole, left, np.mean([g.floor for g in gaps]), spread * scatter)
 
 
 def posterior(ranked, nominal, left, effects, temperature):

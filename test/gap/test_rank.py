@@ -1,9 +1,11 @@
-"""What a candidate's freedom costs."""
+"""What a candidate's freedom costs, and the share of the gap that it closes."""
 import numpy as np
+import pytest
 
 from ssi_ros.effects import parse_effect
 from ssi_ros.gap.candidate import Candidate
-from ssi_ros.gap.rank import occam
+from ssi_ros.gap.meter import distance_of, floor_of_band, Gap
+from ssi_ros.gap.rank import closed, occam, Ranked
 
 
 def test_a_size_that_is_not_seen_is_less_likely_than_none():
@@ -15,3 +17,34 @@ def test_a_size_that_is_not_seen_is_less_likely_than_none():
     cost = occam(rubs, np.diag([unseen, seen])) - occam(plain, np.diag([seen]))
     # a fifth of sizes is not seen; the stiffness, no size there, has a narrower prior
     assert cost < np.log(0.3)
+
+
+@pytest.mark.parametrize('fitted, true_share', [(1.0, 1.0), (0.5, None)])
+def test_the_interval_of_the_closed_share_covers_it(fitted, true_share):
+    """A gap in few of many bands, as a line makes it, is no reason for a wide interval, (113)."""
+    rng, count, n, d = np.random.default_rng(3), 100, 30, 4
+    change = np.zeros((count, d))
+    change[40:44] = 1.0
+    left = (1 + change) / (1 + fitted * change)
+    if true_share is None:
+        true_share = 1 - np.sum(left - np.log(left) - 1) / np.sum(change - np.log1p(change))
+    covered = []
+    for _ in range(200):
+        folds = [rng.normal(size=(2, count, d, n)) for _ in range(2)]
+        folds = [(f[0] + 1j * f[1]) / np.sqrt(2) for f in folds]
+        before, after = (Ranked(None, held_out=tuple(gap_of(f * np.sqrt(s)[..., None])
+                                                     for f in folds))
+                         for s in (1 + change, left))
+        share, low, high = closed(before, after)
+        assert low <= share <= high < 5
+        covered.append(low <= true_share <= high)
+    assert 0.84 <= np.mean(covered) <= 0.96
+
+
+def gap_of(spectra):
+    """Return the gap of whitened spectra, shape (b, l, n)."""
+    white = spectra @ spectra.conj().swapaxes(-1, -2) / spectra.shape[-1]
+    distance = distance_of(white[None], 1)[0]
+    floor, spread = floor_of_band(spectra.shape[-1], spectra.shape[1])
+    return Gap(distance.mean(), floor, spread / np.sqrt(len(white)), distance - floor,
+               np.arange(len(white) + 1.0), white, spectra.shape[-1])

@@ -151,8 +151,7 @@ def _gap(nominal, base, one, two):
     floor, std = data_floor(level, two, nominal.trust)[:2]
     scatter = max(1.0, std / theory.floor_std)
     floor = max(floor, theory.floor)
-    return Distance(theory.value, floor, scatter * theory.floor_std,
-                    theory.bands + theory.floor - floor), scatter
+    return Distance(theory.value, floor, scatter * theory.floor_std), scatter
 
 
 def _signs(pair, reference, record, cut, usual, level, found, two, names):

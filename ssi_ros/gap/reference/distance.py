@@ -18,15 +18,12 @@ class Distance:
         Mean over the bands of D, eq. (141) [nats].
     floor, floor_std : float
         Its mean and standard deviation where both come from one process.
-    bands : ndarray, shape (b,)
-        D less the floor.
 
     """
 
     value: float
     floor: float
     floor_std: float
-    bands: np.ndarray
 
     @property
     def deviations(self):
@@ -162,4 +159,4 @@ def measure(one, two, prediction=None, trust=1.0):
     bands = scale * trust * divergence(mean, two.mean, n, m)
     floor, std = (scale * v for v in theory_floor(n, m, mean.shape[-1]))
     return Distance(float(bands.mean()), float(floor.mean()),
-                    float(np.sqrt(np.sum(std ** 2)) / len(bands)), bands - floor)
+                    float(np.sqrt(np.sum(std ** 2)) / len(bands)))

@@ -3,13 +3,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ssi_ros.gap.meter import closed_share
 from ssi_ros.gap.reference.distance import measure
 from ssi_ros.gap.reference.extra import NONLINEAR
 from ssi_ros.gap.reference.fit import fit, Fitted, predict
 
 REFIT_STEPS = 3
-BLOCK = 8               # bands that the bootstrap keeps together
-DRAWS = 400
 DECADES = 6.0           # nats that the logarithm of an unknown size may lie in
 LEAST_SIZE = 0.1        # of a number, in units of where its fit starts
 SURE = 30.0             # log odds of a statistic that cannot be chance
@@ -28,8 +27,6 @@ class Ranked:
     ----------
     fitted : Fitted
         Of all groups.
-    bands : ndarray, shape (b,)
-        Held-out D less its floor.
     value, floor, floor_std : float
         Held-out gap, mean of the two folds.
     bonus : float
@@ -40,7 +37,6 @@ class Ranked:
     """
 
     fitted: Fitted
-    bands: np.ndarray
     value: float
     floor: float
     floor_std: float
@@ -131,7 +127,7 @@ def try_held_out(nominal, one, two, fitted, scatter, bonus=0.0, gross=False):
     Ranked
 
     """
-    bands, values = [], []
+    values = []
     for train, test in ((0, 1), (1, 0)):
         first, second = one.only(np.arange(train, len(one), 2)), two.only(
             np.arange(train, len(two), 2))
@@ -143,29 +139,22 @@ def try_held_out(nominal, one, two, fitted, scatter, bonus=0.0, gross=False):
         if not prediction.possible:
             prediction = fitted.prediction
         gap = measure(first, second, prediction, nominal.trust)
-        bands.append(gap.bands)
         values.append((gap.value, gap.floor, gap.floor_std))
     value, floor, std = np.mean(values, axis=0)
-    return Ranked(fitted, np.mean(bands, axis=0), float(value), float(floor),
+    return Ranked(fitted, float(value), float(floor),
                   float(std / np.sqrt(2) * scatter), bonus, gross)
 
 
 def closed(before, after):
     """
-    Return the share of the gap that is gone, with a 90 % interval of a block bootstrap.
+    Return the share of the gap that is gone, with its 90 % interval as in (113).
 
     NaN where the gap before is within three standard deviations of its floor, eq. (167).
     """
     if before.deviations < 3.0:
         return float('nan'), float('nan'), float('nan')
-    count = max(len(before.bands) // BLOCK, 1)
-    a, b = (np.array([p.sum() for p in np.array_split(v, count)])
-            for v in (before.bands, after.bands))
-    draws = np.random.default_rng(0).integers(0, count, (DRAWS, count))
-    totals = a[draws].sum(axis=1)
-    ratios = 1 - b[draws].sum(axis=1) / np.where(np.abs(totals) > 1e-12, totals, 1e-12)
-    low, high = np.quantile(ratios, [0.05, 0.95])
-    return float(1 - b.sum() / a.sum()), float(low), float(high)
+    return closed_share(before.value - before.floor, after.value - after.floor, after.floor,
+                        after.floor_std)
 
 
 def posterior(ranked, nominal, p_value):
