@@ -11,6 +11,8 @@ import json
 import os
 from pathlib import Path
 
+from ssi_ros.cli._memory import keep_freed_memory
+
 ANSWERS = 'diagnoses'           # folder of the answers, beside the bags
 COLUMNS = ('bag', 'outcome', 'effect', 'probability', 'reason')
 FAILED = 'ERROR'                # in place of an outcome; such a bag is tried again next time
@@ -90,6 +92,7 @@ def job_of(args):
 def diagnose_one(job, name, bag, answers):
     """Diagnose one bag, write its JSON in one step, and return its row; runs on a worker."""
     from threadpoolctl import threadpool_limits
+    keep_freed_memory()
     try:
         with threadpool_limits(limits=1):
             found = _diagnosis(job, bag).to_json()

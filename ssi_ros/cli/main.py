@@ -12,6 +12,7 @@ import pkgutil
 import sys
 
 from ssi_ros import __version__, cli
+from ssi_ros.cli._memory import keep_freed_memory
 
 ROS = ('rclpy', '_msgs', '_srvs', '_interfaces')       # ends of names of its packages
 
@@ -48,6 +49,7 @@ def main(argv=None):
     argv = sys.argv[1:] if argv is None else list(argv)
     # the options of other verbs need not be known, nor what they import
     args = parser(argv[0] if argv else '').parse_args(argv)
+    keep_freed_memory()
     try:
         return args.run(args) or 0
     except BrokenPipeError:         # an OSError, so it goes first: the reader has seen enough
