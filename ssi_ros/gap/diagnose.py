@@ -22,6 +22,7 @@ from ssi_ros.gap.search import Search
 from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.gap.slow import slow_signs
 from ssi_ros.gap.spectra import make_frame, spectra
+from ssi_ros.gap.strangers import make_strangers, strange_sign
 from ssi_ros.gap.symptoms import symptoms
 from ssi_ros.gap.tolerance import tolerances
 from ssi_ros.gap.torque import odd_signs, reconstruct, torque_signs
@@ -114,6 +115,7 @@ def _diagnose(spacecraft, samples, settings, names, pairs, present, tell):
     tolerance = tolerances(simulator, Candidate(), levels, settings)
     nominal = fit(simulator, evidence, levels=levels, tolerance=tolerance)
     scores = score(templates, nominal, evidence, tolerance)
+    strangers = _strangers(spacecraft, len(samples.values), settings, present)
     part = longest_part(samples)
     # a sweep is one over the whole record; what is filled in is wrong by a little that is slow too
     hidden = {'wheel_speed_sweep': part is not samples, 'sensor_drift': holes}
@@ -130,6 +132,7 @@ def _diagnose(spacecraft, samples, settings, names, pairs, present, tell):
                 measure(fitted.model, evidence, settings.band_bins))
 
     signs, odd, meter = look(nominal, sought)
+    odd += strange_sign(score(strangers, nominal, evidence, tolerance))
     gap = {'before': meter.value, 'floor': meter.floor, 'floor_std': meter.floor_std,
            'p_value': _together(scores.p_value(), _whole_and_local(meter), signs + odd)}
     where = locate(simulator, nominal.model, evidence, settings)
@@ -153,14 +156,16 @@ def _diagnose(spacecraft, samples, settings, names, pairs, present, tell):
     def left_by(best):
         rest = score(templates, best.fit, evidence, tolerance)
         more, odd, meter = look(best.fit, tuple(n for n in sought if n not in best.names))
-        left = _Left(rest, more, odd, _together(
-            rest.p_value(), _whole_and_local(meter), more + odd), meter.deviations > FAR)
+        strange = score(strangers, best.fit, evidence, tolerance)
+        seen = odd + strange_sign(strange)
+        left = _Left(rest, more, seen, _together(
+            rest.p_value(), _whole_and_local(meter), more + seen), meter.deviations > FAR)
         if left.p_value < DOUBT:
             # perhaps only the expected spectrum of the candidate is not exact
             floor = floor_by_simulation(
-                simulator, best.fit, made(best.fit), templates, tolerance, settings,
+                simulator, best.fit, made(best.fit), templates, strangers, tolerance, settings,
                 tuple(s.effect.name for s in more), bool(odd))
-            rest, of_meter, more, odd = floor.against(rest, meter, more, odd)
+            rest, of_meter, more, odd = floor.against(rest, strange, meter, more, odd)
             left = replace(left, scores=rest, signs=more, odd=odd, floor=floor,
                            p_value=_together(rest.p_value(), of_meter, more + odd))
         return left
@@ -196,8 +201,11 @@ def _diagnose(spacecraft, samples, settings, names, pairs, present, tell):
     if found.outcome not in ('EXPLAINED', 'TIED'):
         return found
     best = next(r for r in ranked if r.names == found.verdict['effects'])
+    later_s = (part.start_ns - samples.start_ns) * 1e-9
+    when = next(((s.when[0] + later_s * (s not in of_samples), s.when[1]) for s in signs
+                 if len(s.when) and s.effect.name in best.names), ())
     again = locate(simulator, nominal.model, evidence, settings,
-                   (best.fit.model, found.verdict['probability']))
+                   (best.fit.model, found.verdict['probability'], when))
     return replace(found, where={**found.where, **{
         k: again[k] for k in ('bands', 'modes', 'times')}})
 
@@ -249,6 +257,12 @@ class _Quiet:
 
     def __hash__(self):
         return 0
+
+
+@lru_cache(maxsize=4)
+def _strangers(spacecraft, rows, settings, present):
+    frame = make_frame(rows, spacecraft.rate_hz, settings)
+    return make_strangers(Simulator(spacecraft, frame, rows / spacecraft.rate_hz, present))
 
 
 @lru_cache(maxsize=4)

@@ -15,6 +15,7 @@ from ssi_ros.gap.meter import measure
 from ssi_ros.gap.rank import above_floor, folds
 from ssi_ros.gap.scores import score
 from ssi_ros.gap.slow import slow_signs
+from ssi_ros.gap.strangers import strange_sign
 from ssi_ros.gap.torque import odd_signs, reconstruct, torque_signs
 
 RECORDS = 5
@@ -46,6 +47,8 @@ class Floor:
         Standard deviation of the scores over the records, drawn to that of all together; at
         least 1. Holes leak into all bins alike, so that scores of noise scatter more than
         independent bins would.
+    strange : tuple of ndarray, shape (s,)
+        Mean and standard deviation of the scores of strangers, alike.
     signs : dict of str to list of float
         p-values of the signs of the records, by effect or name.
     credit : float
@@ -61,17 +64,20 @@ class Floor:
     whitened: np.ndarray
     crowding: float
     scatter: np.ndarray
+    strange: tuple
     signs: dict
     credit: float
 
-    def against(self, scores, meter, signs, odd):
+    def against(self, scores, strange, meter, signs, odd):
         """Return scores, p-values of the meter, and both kinds of signs, against this floor."""
         spread = np.sqrt(1 + 1 / RECORDS)
+        mean, scatter = self.strange
+        strange = replace(strange, z=(strange.z - mean) / scatter / spread)
         return (replace(scores, z=(scores.z - self.z) / self.scatter / spread),
                 (float(norm.sf((meter.deviations - self.deviations) / self.spread / spread)),
                  meter.local_p_value(self.whitened, spread ** 2 * self.crowding)),
                 tuple(s for s in signs if not self.shows(s.effect.name, s.p_value)),
-                tuple(s for s in odd if not self.shows(s.name, s.p_value)))
+                tuple(s for s in odd if not self.shows(s.name, s.p_value)) + strange_sign(strange))
 
     def shows(self, name, p_value):
         """Return whether two of the records show a sign, or one as strongly."""
@@ -79,8 +85,8 @@ class Floor:
         return len(seen) > 1 or any(p <= p_value for p in seen)
 
 
-def floor_by_simulation(simulator, best, made, templates, tolerance, settings, names=(),
-                        odd=False):
+def floor_by_simulation(simulator, best, made, templates, strangers, tolerance, settings,
+                        names=(), odd=False):
     """
     Simulate a fitted candidate and look at what it leaves of its own records.
 
@@ -92,7 +98,7 @@ def floor_by_simulation(simulator, best, made, templates, tolerance, settings, n
         The candidate.
     made : Made
         What it is simulated with.
-    templates, tolerance, settings
+    templates, strangers, tolerance, settings
         As for the record.
     names : sequence of str
         Effects whose signs are looked for.
@@ -104,10 +110,11 @@ def floor_by_simulation(simulator, best, made, templates, tolerance, settings, n
     Floor
 
     """
-    z, meters, halves, seen = [], [], [], {}
+    z, strange, meters, halves, seen = [], [], [], [], {}
     for samples, evidence in records(simulator, made, SEED, RECORDS):
         again = fit(simulator, evidence, best.candidate, best.levels, REFIT_STEPS, tolerance)
         z.append(score(templates, again, evidence, tolerance).z)
+        strange.append(score(strangers, again, evidence, tolerance).z)
         meters.append(measure(again.model, evidence, settings.band_bins))
         halves.append(above_floor([measure(again.model, half, settings.band_bins)
                                    for half in folds(evidence)]))
@@ -119,15 +126,21 @@ def floor_by_simulation(simulator, best, made, templates, tolerance, settings, n
                 found += [(s.name, s.p_value) for s in odd_signs(torque, samples.channels)]
             for name, p_value in found:
                 seen.setdefault(name, []).append(p_value)
-    variance = np.var(z, axis=0, ddof=1)
-    variance = (TRUST * variance.mean() + (RECORDS - 1) * variance) / (TRUST + RECORDS - 1)
     deviations = [m.deviations for m in meters]
     whitened = np.mean([m.whitened for m in meters], axis=0)
     # their own mean takes a fifth of the scatter away
     crowding = np.mean([m.ratio(whitened) for m in meters]) / (1 - 1 / RECORDS)
     one = meters[0]
     lost = float(np.mean(deviations)) * one.floor_std * len(one.bands) * one.looks
-    return Floor(np.mean(z, axis=0), float(np.mean(deviations)),
+    mean, scatter = _drawn(z)
+    return Floor(mean, float(np.mean(deviations)),
                  max(1.0, float(np.std(deviations, ddof=1))), float(np.mean(halves)),
                  max(1.0, float(np.std(halves, ddof=1))), whitened, max(1.0, float(crowding)),
-                 np.sqrt(np.maximum(1.0, variance)), seen, max(lost, 0.0))
+                 scatter, _drawn(strange), seen, max(lost, 0.0))
+
+
+def _drawn(z):
+    """Return mean and standard deviation of scores over records, shape (r, t) to (t,) each."""
+    variance = np.var(z, axis=0, ddof=1)
+    variance = (TRUST * variance.mean() + (RECORDS - 1) * variance) / (TRUST + RECORDS - 1)
+    return np.mean(z, axis=0), np.sqrt(np.maximum(1.0, variance))

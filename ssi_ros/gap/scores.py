@@ -59,10 +59,11 @@ def make_templates(simulator, effects, progress=None):
         kept.append(effect)
         changes.append(mean.astype(np.complex64))
     return Templates(tuple(kept), np.array(changes).reshape(-1, *base.shape[1:]), swings,
-                     _power(nominal.shares[:-1]))
+                     power_of(nominal.shares[:-1]))
 
 
-def _power(shares):
+def power_of(shares):
+    """Return the power of parts of an expected spectrum."""
     return float(sum(np.trace(s.mean(axis=(0, 1))).real for s in shares))
 
 
@@ -191,7 +192,7 @@ class _Directions:
         model = plain.mean(axis=0, keepdims=True)
         lower = np.linalg.inv(np.linalg.cholesky(model))[0].astype(np.complex64)
         # templates are made at nominal levels: the excitation of the record scales them
-        level = np.float32(_power(shares[:-1]) / templates.level)
+        level = np.float32(power_of(shares[:-1]) / templates.level)
         self.flat = level * real_vectors(white(lower, templates.changes))
         beside = [real_vectors(white(lower, s.mean(axis=0))[None])[0] for s in shares]
         self.basis = np.array(beside + list(tolerance.vectors), np.float32)

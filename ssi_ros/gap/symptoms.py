@@ -13,7 +13,7 @@ SURE = 0.01             # p-value above which no sign is reported
 RAIL_HITS = 3           # times that a channel must show exactly its extreme
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Symptom:
     """
     A sign of one effect that no expected spectrum shows.
@@ -28,6 +28,8 @@ class Symptom:
         What was seen.
     stds : dict of str to float
         Standard deviations of the effect's quantities, where they are known.
+    when : tuple of ndarray, shape (n,)
+        Times of single events [s], and how surely each is one; empty where there are none.
 
     """
 
@@ -35,6 +37,7 @@ class Symptom:
     p_value: float
     text: str
     stds: dict = field(default_factory=dict)
+    when: tuple = ()
 
 
 @dataclass(frozen=True)
@@ -128,9 +131,12 @@ def _rails(samples):
     if not limits:
         return None
     limit = float(min(limits))
-    hit = np.nanmean(np.abs(samples.values) >= limit)
+    hits = np.abs(samples.values) >= limit
+    share = hits.sum() / np.isfinite(samples.values).sum()
+    rows = np.flatnonzero(hits.any(axis=1))
     return Symptom(effect_class('saturation')(limit_m_s2=limit), 0.0,
-                   f'{100 * hit:.2g} % of the values are at the rails of {limit:.4g} m/s^2')
+                   f'{100 * share:.2g} % of the values are at the rails of {limit:.4g} m/s^2',
+                   when=(rows / samples.rate_hz, np.ones(len(rows))))
 
 
 def chance(power, cells):

@@ -197,7 +197,7 @@ def odd_signs(torque, channels):
     for i, channel in enumerate(channels):
         gain = torque.beside_gain[:, i]
         unit = torque.series(gain, torque.beside[:, i])[torque.inside]
-        p, height, count, _ = _pulse_likelihood(torque, unit, gain)
+        p, height, count, *_ = _pulse_likelihood(torque, unit, gain)
         if p * len(channels) < SURE:
             found.append(Oddity(f'spikes of {channel}', float(p * len(channels)),
                                 f'about {count[0]:.0f} spikes on {channel} of {height[0]:.1f} sd'))
@@ -260,7 +260,7 @@ def pulses(torque, swings=None):
     unit = np.where(torque.missing, 0.0, torque.series(torque.gain))[torque.inside]
     if swings is not None:
         unit = unit / level_of(unit, swings.effect.period_s * torque.rate_hz)
-    p, (height, height_std), (count, count_std), quiet = _pulse_likelihood(
+    p, (height, height_std), (count, count_std), quiet, (rows, sure) = _pulse_likelihood(
         torque, unit, torque.gain)
     if p > SURE:
         return None
@@ -272,37 +272,44 @@ def pulses(torque, swings=None):
         impulse_n_m_s=impulse * height), p,
         f'about {count:.0f} pulses of {impulse * height:.3g} N m s',
         {'rate_per_min': per_min * max(count_std, np.sqrt(count)),
-         'impulse_n_m_s': impulse * max(height_std, 1 / np.sqrt(count))})
+         'impulse_n_m_s': impulse * max(height_std, 1 / np.sqrt(count))},
+        ((torque.inside.start + rows) / torque.rate_hz, sure))
 
 
 def _pulse_likelihood(torque, unit, gain):
-    """Return p-value, height and count with their spreads, and the scale of the quiet series."""
+    """
+    Return p-value, height and count with their spreads, and the scale of the quiet series.
+
+    And the places of all peaks, with the chance of each to be a pulse.
+    """
     spectrum = np.zeros(torque.rows // 2 + 1)
     spectrum[torque.first:torque.first + len(gain)] = gain ** 2
     ring = np.fft.irfft(spectrum, torque.rows)
     # the pulses themselves have raised the levels that the unit was taken from
     quiet = float(np.sqrt(np.mean(np.minimum(unit ** 2, 9.0)) / 0.97))
-    heights = _peaks(unit / quiet, ring / ring[0])
+    places, heights = _peaks(unit / quiet, ring / ring[0])
     turns = 2 * np.pi * np.arange(len(spectrum)) / torque.rows
     speed = np.sqrt(np.sum(turns ** 2 * spectrum) / np.sum(spectrum))
     usual = len(unit) * speed / np.pi               # times exp(-a^2 / 2): peaks above a
     sizes = np.linspace(0.5 * LEAST_PEAK, 1.1 * max(heights, default=LEAST_PEAK), 60)
     counts = np.geomspace(0.5, 1e4, 80)
     values = np.empty((len(sizes), len(counts)))
+    noise = usual * heights * np.exp(-np.minimum(heights ** 2 / 2, 600.0))
     for row, height in zip(values, sizes):
-        density = norm.pdf(heights - height) / (
-            usual * heights * np.exp(-np.minimum(heights ** 2 / 2, 600.0)))
+        density = norm.pdf(heights - height) / noise
         row[:] = (np.log1p(counts[:, None] * density).sum(axis=1)
                   - counts * norm.sf(LEAST_PEAK - height))
     p = float(min(1.0, 4 * np.exp(-values.max())))
     # few pulses of one height and more of a smaller one look alike: means over all that fit
     weights = np.exp(values - values.max())
-    return (p, moments(sizes, weights.sum(axis=1)), moments(counts, weights.sum(axis=0)), quiet)
+    size, count = (moments(sizes, weights.sum(axis=1)), moments(counts, weights.sum(axis=0)))
+    there = count[0] * norm.pdf(heights, size[0], np.hypot(1.0, size[1]))
+    return p, size, count, quiet, (places, there / (there + noise))
 
 
 def _peaks(unit, ring):
-    """Return the heights of peaks above LEAST_PEAK, each with its ring taken out."""
-    unit, heights = unit.copy(), []
+    """Return places and heights of peaks above LEAST_PEAK, each with its ring taken out."""
+    unit, places, heights = unit.copy(), [], []
     half = min(len(unit), RING)
     both = np.concatenate([ring[half - 1:0:-1], ring[:half]])
     while len(heights) < MOST_PEAKS:
@@ -310,10 +317,11 @@ def _peaks(unit, ring):
         height = unit[at]
         if abs(height) < LEAST_PEAK:
             break
+        places.append(at)
         heights.append(abs(height))
         low, high = max(0, at - half + 1), min(len(unit), at + half)
         unit[low:high] -= height * both[low - at + half - 1:high - at + half - 1]
-    return np.array(heights)
+    return np.array(places, int), np.array(heights)
 
 
 def _refine(power, best):

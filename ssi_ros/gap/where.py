@@ -28,8 +28,9 @@ def locate(simulator, model, evidence, settings, told=None):
         What was recorded.
     settings : DiagnosisSettings
         Bins of a band.
-    told : tuple of (ndarray, float), optional
-        Expected periodograms of the fitted effect, and its probability.
+    told : tuple of (ndarray, float, tuple), optional
+        Expected periodograms of the fitted effect, its probability, and when its single events
+        were, with the weight of each, where it has such.
 
     Returns
     -------
@@ -44,12 +45,16 @@ def locate(simulator, model, evidence, settings, told=None):
     coarse = np.array_split(np.arange(len(gap.bands)), min(12, len(gap.bands)))
     excess, times = gap.bands, _shares(_above(pieces))
     if told:
-        fitted, probability = told
+        fitted, probability, when = told
         change = whitened(model, fitted)
         # a mean over all of them would hide what comes and goes
         steady = distance_of(change.mean(axis=0)[None], settings.band_bins)[0]
         each = distance_of(change, wide).mean(axis=1)
         each = each[list(evidence.pieces)] if len(each) > 1 else np.ones(len(times))
+        if len(when):
+            span_s = evidence.frame.rows / evidence.frame.rate_hz
+            each = np.histogram(when[0], np.arange(evidence.frame.pieces + 1) * span_s,
+                                weights=when[1])[0][list(evidence.pieces)]
         excess = _mixed(gap.bands, steady, probability)
         times = _mixed(times, each, probability)
     shares, chances = _sensor_shares(model, gap, evidence, settings)

@@ -1,0 +1,38 @@
+"""Known shapes of gaps that are not in the library, eq. (105a)."""
+from gap_records import evidence_of, record
+import numpy as np
+import pytest
+from ssi_ros.effects import inject, simulate_setup
+from ssi_ros.effects.edits import add_part
+from ssi_ros.gap.diagnose import diagnose
+from ssi_ros.gap.fit import fit
+from ssi_ros.gap.scores import score
+from ssi_ros.gap.settings import DiagnosisSettings
+from ssi_ros.gap.strangers import make_strangers
+from ssi_ros.gap.tolerance import no_tolerance
+from ssi_ros.model import load_spacecraft
+from ssi_ros.model.excitation import Coloured, White
+
+
+@pytest.mark.parametrize('part, words', [
+    (White('other', ('torque_y',), (0.07,)), 'random torque about y'),
+    (Coloured(White('other', ('torque_x',), (0.3,)), 0.5), 'torque about x slower than')])
+def test_torques_that_are_not_in_the_library_are_told(part, words):
+    """No effect of the library adds them: the answer is that none explains the record."""
+    setup = add_part(inject(load_spacecraft(), (), 600.0), part)
+    found = diagnose(load_spacecraft(), simulate_setup(setup, 5), DiagnosisSettings(), pairs=False)
+    assert found.outcome == 'UNEXPLAINED'
+    assert any(words in s for s in found.signs)
+
+
+def test_scores_of_strangers_are_standard_where_the_model_is_right():
+    """Each has the mean 0 and the deviation 1, levels projected out."""
+    z, strangers = [], make_strangers(record(200.0)[1])
+    for seed in range(12):
+        samples, simulator = record(200.0, seed=seed)
+        evidence = evidence_of(simulator, samples)
+        z.append(score(strangers, fit(simulator, evidence), evidence,
+                       no_tolerance(simulator.frame, 4)).z)
+    z = np.array(z)
+    assert np.all(np.abs(z.mean(axis=0)) < 3.5 / np.sqrt(len(z)))
+    assert 0.7 < np.sqrt(np.mean(z ** 2)) < 1.3
