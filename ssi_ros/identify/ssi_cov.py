@@ -8,6 +8,9 @@ import numpy as np
 
 from ssi_ros.identify.lags import output_covariances
 from ssi_ros.identify.realise import factorise, poles_of
+from threadpoolctl import ThreadpoolController
+
+BLAS = ThreadpoolController()   # more threads only slow these small matrices down
 
 
 def ssi_cov(values, rate_hz, block_rows=50, orders=range(2, 61, 2), weighting='cva'):
@@ -40,6 +43,11 @@ def ssi_cov(values, rate_hz, block_rows=50, orders=range(2, 61, 2), weighting='c
 
     """
     values, orders = checked(values, block_rows, orders)
+    with BLAS.limit(limits=1):
+        return _ssi_cov(values, rate_hz, block_rows, orders, weighting)
+
+
+def _ssi_cov(values, rate_hz, block_rows, orders, weighting):
     covariances = output_covariances(values, 2 * block_rows - 1, rate_hz)
     if not (covariances.scale > 0.0).all():
         raise ValueError('channels '
