@@ -12,8 +12,8 @@ from ssi_ros.cli.main import main
 if sys.argv[1] == 'verb':
     main(['effects'])
 before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt
-for _ in range(100):
-    a = np.ones(2 ** 19)            # 4 MB: 1024 pages
+for _ in range(200):
+    a = np.ones(2 ** 17)            # 1 MB: 256 pages, and no huge one
     del a
 print(resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before)
 """
