@@ -21,6 +21,9 @@ from ssi_ros.ros.node import ros_arguments
 
 STARTUP_S = 20.0
 GRACE_S = 15.0
+# Reliable samples are late, never lost, while a process stands still: the identifiers wait for
+# them, six seconds on the wall at ten times real time.
+LATENESS_S = 60.0
 
 
 @dataclass(frozen=True)
@@ -151,7 +154,7 @@ def run(folder, *, duration_s, window_s, hop_s, speed, seed, say, progress):
         began = time.monotonic()
         live = watcher.listen('identifier')
         processes.start('identifier', 'identifier', window_s=window_s, hop_s=hop_s,
-                        expected_rate_hz=100.0 * speed, reliable=True)
+                        expected_rate_hz=100.0 * speed, lateness_s=LATENESS_S, reliable=True)
         processes.start('recorder', 'recorder', bag=bag, use_sim_time=True)
         processes.start('simulator', 'simulator', seed=seed, speed=speed, duration_s=duration_s,
                         wait_for_subscribers=2, reliable=True)
@@ -165,7 +168,7 @@ def run(folder, *, duration_s, window_s, hop_s, speed, seed, say, progress):
         began = time.monotonic()
         replayed = watcher.listen('identifier_replay')
         processes.start('identifier_replay', 'identifier', window_s=window_s, hop_s=hop_s,
-                        expected_rate_hz=100.0 * speed, reliable=True)
+                        expected_rate_hz=100.0 * speed, lateness_s=LATENESS_S, reliable=True)
         processes.start('player', 'player', bag=bag, rate=speed, wait_for_subscribers=1,
                         reliable=True, topics=['/accelerometer/.*'])
         _follow(processes, watcher, replayed, 'player', duration_s, window_s, hop_s, speed, say,

@@ -17,7 +17,8 @@ class SampleInput:
         live=False)
     lateness_s: float = quantity(
         1.0, unit='s', low=0.01, high=60.0, live=False,
-        doc='how long a row waits for its last sample, in the time of the stamps')
+        doc='how long a row waits for its last sample, in the time of the stamps; with reliable, '
+            'make it longer than any pause of the process')
     stamp_source: str = quantity(
         'auto', live=False,
         doc="'header', 'receive', or 'auto': the header's stamp where there is one and it is not "

@@ -48,7 +48,8 @@ def gap_node(bench, **more):
     where = bench.collect(DiagnosticArray, '/gap/where')
     bench.processes.start('gap', 'gap', **{
         'reliable': True, 'window_s': SETTINGS.window_s, 'hop_s': SETTINGS.hop_s,
-        'effects': WATCHED, 'expected_rate_hz': 4000.0, 'pairs': False, **more})
+        'effects': WATCHED, 'expected_rate_hz': 4000.0, 'pairs': False,
+        'lateness_s': 60.0, **more})
     return where
 
 

@@ -226,6 +226,23 @@ def test_any_numeric_field(bench):
     bench.wait(said(health, 'channel x.data', 'stamped by the time of receipt'))
 
 
+def test_a_process_that_stood_still_loses_nothing(bench):
+    """Reliable samples come late and channel by channel after a pause; rows may wait for them."""
+    names = ('e1_a', 'e1_b', 'e2_a', 'e2_b')
+    windows, _ = identifier(bench, channels=[f'/accelerometer/{n}' for n in names],
+                            lateness_s=60.0)
+    got = bench.collect(AccelStamped, '/accelerometer/e1_a', LISTEN)
+    bench.processes.start('simulator', 'simulator', speed=10.0, duration_s=40.0, reliable=True,
+                          wait_for_subscribers=1)
+    bench.wait(lambda: len(got) > 1000)
+    bench.processes.running['identifier'].send_signal(signal.SIGSTOP)
+    time.sleep(1.5)                           # 15 s of samples
+    bench.processes.running['identifier'].send_signal(signal.SIGCONT)
+    bench.wait(lambda: len(windows) == 5)     # they end at 20, 25, ... 40 s
+    bench.processes.stop('identifier')
+    assert 'received [4000, 4000, 4000, 4000], missing [0, 0, 0, 0]' in bench.words('identifier')
+
+
 @pytest.mark.parametrize('node, settings, words', [
     ('simulator', {'seeed': 1}, 'did you mean seed'),
     ('simulator', {'speed': -1.0}, 'out of range Min: 0.0'),
