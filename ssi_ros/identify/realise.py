@@ -212,7 +212,7 @@ def whiten(t, w):
 
 def decompose(t, rank):
     """
-    Return the leading singular triplets (U, s, V) of a square matrix, at most `rank`.
+    Return the leading singular triplets (U, s, V) of a matrix with few rows, at most `rank`.
 
     The left subspace from t t^T costs half of a singular value decomposition; it is exact down to
     `RANK`.

@@ -130,8 +130,8 @@ class SlidingSsiCov:
         for _ in range(STEPS):
             u = _orthonormal(_apply(t, w, old))
             z = _apply(t.T, w, u)                 # the weights of both sides are the same
-            small, s, turn = np.linalg.svd(z.T, full_matrices=False)
-            u, v = u @ small, turn.T
+            small, s, v = decompose(z.T, z.shape[1])
+            u = u @ small
             count = int(np.count_nonzero(s[:self.order] > (floor if w is not None
                                                            else floor * s[0])))
             lead = v[:, :max(2, count)]
