@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg.blas import dtrsm
-from scipy.linalg.lapack import dgeev, dpotrf, dtrtrs
+from scipy.linalg.lapack import dgeev, dormqr, dpotrf, dstevd, dsytrd, dtrtrs
+from ssi_ros.identify.eigen import output_eigen
 
 RIDGE = 1e-9        # of the mean variance: keeps the Cholesky factor of noise-free data alive
 RIDGES = (1e-9, 1e-7, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1.0)
@@ -65,8 +66,9 @@ class Poles:
         C phi of the scaled channels, largest component 1.
     real, imag : ndarray, shape (n,)
         All eigenvalues, also real ones.
-    packed : ndarray, shape (n, n)
-        All eigenvectors as LAPACK stores them: of a pair first the real parts, then the imaginary.
+    packed : ndarray, shape (n, n), or None
+        All eigenvectors as LAPACK stores them: of a pair first the real parts, then the imaginary;
+        None where they were not asked for.
     output : ndarray, shape (l, n)
         C of this order.
     columns : ndarray of int, shape (p,)
@@ -162,7 +164,7 @@ def _cholesky(weight, lift):
     return w if fault == 0 else None
 
 
-def factorise(covariances, rows, rank, weighting='cva'):
+def factorise(covariances, rows, rank, weighting='cva', spreads=True):
     """
     Factorise the covariances into observability and controllability, eq. (46) and (47).
 
@@ -176,6 +178,8 @@ def factorise(covariances, rows, rank, weighting='cva'):
         How many columns to keep.
     weighting : str
         'cva' or 'upc'.
+    spreads : bool
+        Whether they are to serve for spreads and shares too, see `factors_of`.
 
     Returns
     -------
@@ -188,7 +192,8 @@ def factorise(covariances, rows, rank, weighting='cva'):
 
     """
     t, w = weighted(covariances.values, rows, weighting, missing_noise(covariances, rows))
-    return factors_of(*decompose(whiten(t, w), rank), w, covariances.values.shape[1])
+    u, s, v = decompose(whiten(t, w), rank)
+    return factors_of(u, s, v if spreads else None, w, covariances.values.shape[1])
 
 
 def weighted(values, rows, weighting, lift=0.0):
@@ -212,15 +217,22 @@ def whiten(t, w):
 
 def decompose(t, rank):
     """
-    Return the leading singular triplets (U, s, V) of a matrix with few rows, at most `rank`.
+    Return the leading singular triplets (U, s, V), at most `rank`, of a matrix of 2 rows or more.
 
     The left subspace from t t^T costs half of a singular value decomposition; it is exact down to
     `RANK`.
     """
-    squares, u = np.linalg.eigh(t @ t.T)
-    squares, u = squares[::-1], u[:, ::-1]
+    # the symmetric eigenproblem by its parts, so that only vectors that are kept are turned back
+    turned, diagonal, beside, tau, _ = dsytrd(t @ t.T, lower=1, lwork=64 * len(t))
+    squares, vectors, fault = dstevd(diagonal, beside)
+    if fault:
+        raise np.linalg.LinAlgError('the eigenvalues of the covariances do not converge')
+    squares = squares[::-1]
     rank = min(rank, int(np.count_nonzero(squares > RANK ** 2 * max(squares[0], 1e-300))))
-    s, u = np.sqrt(squares[:rank]), u[:, :rank]
+    u = np.asfortranarray(vectors[:, ::-1][:, :rank])
+    if rank:
+        u[1:] = dormqr('L', 'N', turned[1:, :-1], tau, u[1:], lwork=64 * rank)[0]
+    s = np.sqrt(squares[:rank])
     return u, s, (t.T @ u) / s
 
 
@@ -253,7 +265,7 @@ def noise_floor(rows, channels, pairs):
     return 2.0 * np.sqrt(c * (1.0 - c))
 
 
-def poles_of(factors, orders, rate_hz, scale=1.0):
+def poles_of(factors, orders, rate_hz, scale=1.0, vectors=True):
     """
     Return the poles of some model orders, eq. (49) to (51).
 
@@ -267,6 +279,8 @@ def poles_of(factors, orders, rate_hz, scale=1.0):
         Sampling rate of the band [Hz].
     scale : ndarray, shape (l,), optional
         Units of the channels; without it the shapes are those of the scaled channels.
+    vectors : bool
+        Whether the eigenvectors are wanted, as shares and spreads do; shapes come without.
 
     Returns
     -------
@@ -277,8 +291,13 @@ def poles_of(factors, orders, rate_hz, scale=1.0):
     solved, outputs = [], []
     for n in orders:
         a, _ = dtrtrs(factors.upper[:n, :n], factors.lower[:n, :n])
-        real, imag, _, packed, _ = dgeev(a, compute_vl=0, overwrite_a=1)
-        outputs.append(factors.observability[:factors.channels, :n] @ packed)
+        c, packed = factors.observability[:factors.channels, :n], None
+        if vectors:
+            real, imag, _, packed, _ = dgeev(a, compute_vl=0, overwrite_a=1)
+            outputs.append(c @ packed)
+        else:
+            real, imag, output = output_eigen(a, c)
+            outputs.append(output)
         solved.append((real, imag, packed))
     # the rest at once for all orders: these arrays are so short that calls are what they cost
     real, imag = (np.concatenate([s[k] for s in solved]) for k in (0, 1))

@@ -115,7 +115,8 @@ class SlidingSsiCov:
         self.right = v
         n = self.order
         factors = factors_of(u[:, :n], s[:n], None, w, covariances.values.shape[1])
-        return poles_of(factors, [min(n, len(s))], self.rate_hz, covariances.scale)[0]
+        return poles_of(factors, [min(n, len(s))], self.rate_hz, covariances.scale,
+                        vectors=False)[0]
 
     def _renewed(self, t, w, floor):
         """
@@ -125,7 +126,7 @@ class SlidingSsiCov:
         window by themselves, and no pole of the structure hangs on them.
         """
         old = self.right
-        if old is None:
+        if old is None or old.shape[1] < 2:
             return None
         for _ in range(STEPS):
             u = _orthonormal(_apply(t, w, old))

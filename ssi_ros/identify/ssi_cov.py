@@ -54,11 +54,12 @@ def _ssi_cov(values, rate_hz, block_rows, orders, weighting):
                          f'{np.flatnonzero(~(covariances.scale > 0.0)).tolist()} are constant or '
                          'hold no number; leave them out')
     try:
-        factors = factorise(covariances, block_rows, max(orders), weighting)
+        factors = factorise(covariances, block_rows, max(orders), weighting, spreads=False)
     except np.linalg.LinAlgError as error:
         raise ValueError(f'the record cannot be factorised: {error}') from error
     rank = len(factors.singular_values)
-    return poles_of(factors, [k for k in orders if k <= rank], rate_hz, covariances.scale)
+    return poles_of(factors, [k for k in orders if k <= rank], rate_hz, covariances.scale,
+                    vectors=False)
 
 
 def checked(values, block_rows, orders):
