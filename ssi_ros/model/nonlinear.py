@@ -129,16 +129,16 @@ def simulate_nonlinear(system, duration_s, seed, *, laws=(), gyroscopic=False, e
                                  f'{gain:.2g} over {MOST_GAIN:g}); raise substeps={substeps}')
     turning = inertia @ np.array(rate0_rad_s, float) + (momentum @ z).real
     states, extra, gyro, rates = _march(
-        z, sampled.poles, sampled.b @ forces.T, np.ascontiguousarray(sampled.b[:, act]),
+        z, sampled.poles, forces @ sampled.b.T, np.ascontiguousarray(sampled.b[:, act].T),
         np.ascontiguousarray(angle), np.ascontiguousarray(speed), np.ascontiguousarray(give),
         np.array([KINDS.index(law.kind) for law in laws], dtype=np.int64),
         np.array([law.size for law in laws], dtype=float), stiffness, substeps,
         np.ascontiguousarray(momentum), np.ascontiguousarray(inertia),
         np.linalg.inv(inertia), turning,
         forces @ torque_of.T, 1.0 / (rate_hz * substeps),
-        np.ascontiguousarray(sampled.b[:, :3]), gyroscopic)
+        np.ascontiguousarray(sampled.b[:, :3].T), gyroscopic)
     c = sampled.c * sampled.weight
-    values = (c @ states).real.T + forces @ sampled.d.T + extra @ sampled.d[:, act].T
+    values = (states @ c.T).real + forces @ sampled.d.T + extra @ sampled.d[:, act].T
     values = values + gyro @ sampled.d[:, :3].T
     for stage in system.chain:
         values = stage.begin(rate_hz, generator(seed, stage.name))(values)
@@ -204,12 +204,13 @@ def _stiffness(system, law):
     return system.stiffness[at, at]
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath=True)
 def _march(z, poles, drive, kick, angle, speed, give, kinds, sizes, stiffness, substeps, momentum,
            inertia, inverse, turning, torques, step_s, kick_hub, gyroscopic):
     """Step through the record; return states, hinge and gyroscopic torques, and hub rates."""
-    n, count, hinges = len(z), drive.shape[1], len(kinds)
-    states = np.empty((n, count), np.complex128)
+    count, n = drive.shape
+    hinges = len(kinds)
+    states = np.empty((count, n), np.complex128)
     extra = np.zeros((count, hinges))
     gyro = np.zeros((count, 3))
     rates = np.zeros((count, 3))
@@ -218,41 +219,43 @@ def _march(z, poles, drive, kick, angle, speed, give, kinds, sizes, stiffness, s
     reach_give = np.zeros(hinges)
     for i in range(hinges):
         for j in range(hinges):
-            for s in range(n):
-                reach[i, j] += (angle[i, s] * kick[s, j]).real
-                reach_speed[i, j] += (speed[i, s] * kick[s, j]).real
-        for s in range(n):
-            reach_give[i] += (give[i, s] * kick[s, i]).real
+            reach[i, j] = _real_dot(angle[i], kick[j])
+            reach_speed[i, j] = _real_dot(speed[i], kick[j])
+        reach_give[i] = _real_dot(give[i], kick[i])
     tau = np.zeros(hinges)
     old, free, quick = np.zeros(hinges), np.zeros(hinges), np.zeros(hinges)
     given, gives = np.zeros(hinges), np.zeros(hinges)
-    moment = np.zeros(3)
+    moment, ahead = np.zeros(3), z.copy()
+    z = z.copy()
+    for i in range(hinges):
+        old[i] = _real_dot(angle[i], z)
+        given[i] = _real_dot(give[i], z)
     for k in range(count):
-        states[:, k] = z
+        states[k] = z
         # The hinge has not moved yet when a load jumps at a sample: its torque is still the old.
         extra[k] = tau
+        omega = inverse @ (turning - _real_product(momentum, z))
+        rates[k] = omega
         for part in range(substeps):
-            omega = inverse @ (turning - _real_product(momentum, z))
-            if part == 0:
-                rates[k] = omega
-            for i in range(hinges):
-                old[i] = _real_dot(angle[i], z)
-                given[i] = _real_dot(give[i], z)
-            ahead = poles * z + drive[:, k]
+            for s in range(n):
+                ahead[s] = poles[s] * z[s] + drive[k, s]
             if gyroscopic:
+                if part:
+                    omega = inverse @ (turning - _real_product(momentum, z))
                 # midpoint: twice through, from the rate at the beginning of the step
                 middle = omega
                 for _ in range(2):
                     moment = -np.cross(middle, inertia @ middle)
                     push = step_s * (moment + torques[k])
-                    after = ahead + kick_hub @ moment.astype(np.complex128)
+                    after = ahead + moment.astype(np.complex128) @ kick_hub
                     end = inverse @ (turning + push - _real_product(momentum, after))
                     middle = (omega + end) / 2
-                ahead = ahead + kick_hub @ moment.astype(np.complex128)
+                ahead = ahead + moment.astype(np.complex128) @ kick_hub
                 if part == 0:
                     gyro[k] = moment
                 turning = turning + step_s * moment
-            turning = turning + step_s * torques[k]
+            for i in range(3):
+                turning[i] += step_s * torques[k, i]
             for i in range(hinges):
                 free[i] = _real_dot(angle[i], ahead)
                 gives[i] = _real_dot(give[i], ahead)
@@ -269,8 +272,12 @@ def _march(z, poles, drive, kick, angle, speed, give, kinds, sizes, stiffness, s
                                      reach[i, i] / 2 + reach_give[i],
                                      v, reach_speed[i, i] + reach_give[i] / step_s)
             for i in range(hinges):
-                ahead = ahead + kick[:, i] * tau[i]
-            z = ahead
+                for s in range(n):
+                    ahead[s] += kick[i, s] * tau[i]
+            z, ahead = ahead, z
+            for i in range(hinges):
+                old[i] = _real_dot(angle[i], z)
+                given[i] = _real_dot(give[i], z)
     return states, extra, gyro, rates
 
 
@@ -293,7 +300,7 @@ def _torque(kind, size, stiffness, middle, give, speed, give_speed):
     return -size * root ** 3
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath=True)
 def _real_dot(row, z):
     total = 0.0
     for s in range(len(z)):
@@ -301,7 +308,7 @@ def _real_dot(row, z):
     return total
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath=True)
 def _real_product(rows, z):
     out = np.empty(len(rows))
     for i in range(len(rows)):

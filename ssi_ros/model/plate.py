@@ -16,6 +16,7 @@ from scipy.linalg import eigh
 from ssi_ros.model.spacecraft import Plate
 from ssi_ros.records import read_only
 
+GAUSS = np.polynomial.legendre.leggauss(4)
 DOFS_A_MODE = 16        # a mesh this fine keeps every frequency within 1 %, docs/theory.md (8)
 
 
@@ -102,6 +103,7 @@ def plate_modes(plate, modes, hinge_n_m_rad=math.inf):
         If the mesh is too coarse for that many modes.
 
     """
+    basis, mass, stiffness = _matrices(plate, math.isfinite(hinge_n_m_rad))
     along, across = _beams(plate)
     free = 2 * (along.nodes - 1) * across.dofs
     if modes * DOFS_A_MODE > free:
@@ -109,20 +111,8 @@ def plate_modes(plate, modes, hinge_n_m_rad=math.inf):
             f'modes={modes} is too many for the mesh of elements_along={plate.elements_along} x '
             f'elements_across={plate.elements_across}, which carries {free // DOFS_A_MODE}; '
             'refine the mesh or ask for fewer modes')
-    mass = _mass(plate)
-    nu = plate.poisson_ratio
-    cross = np.kron(along.gram(2, 0), across.gram(0, 2))
-    stiffness = plate.stiffness_n_m * (
-        np.kron(along.gram(2, 2), across.gram(0, 0)) + np.kron(along.gram(0, 0), across.gram(2, 2))
-        + nu * (cross + cross.T)
-        + 2 * (1 - nu) * np.kron(along.gram(1, 1), across.gram(1, 1)))
-    # The clamp removes deflection and slope of the root edge: the first two freedoms along.
-    basis = np.eye(len(mass))[:, 2 * across.dofs:]
     if math.isfinite(hinge_n_m_rad):
-        slope = np.kron(np.eye(along.dofs)[1], across.one())     # the same at all of the root
-        basis = np.column_stack([slope, basis])
-    mass, stiffness = basis.T @ mass @ basis, basis.T @ stiffness @ basis
-    if math.isfinite(hinge_n_m_rad):
+        stiffness = stiffness.copy()
         stiffness[0, 0] += hinge_n_m_rad
     # K^-1 M instead of M^-1 K: the low frequencies are its largest eigenvalues, so that rounding
     # takes its share of them and not of the highest, 1e8 times above.
@@ -136,20 +126,41 @@ def plate_modes(plate, modes, hinge_n_m_rad=math.inf):
     return PlateModes(plate, read_only(np.sqrt(squares) / (2 * math.pi)), read_only(shapes))
 
 
+@lru_cache(maxsize=8)
+def _matrices(plate, turns):
+    """Return freedoms of a clamped or turning root, (dofs, n), and their mass and stiffness."""
+    along, across = _beams(plate)
+    mass = _mass(plate)
+    nu = plate.poisson_ratio
+    cross = np.kron(along.gram(2, 0), across.gram(0, 2))
+    stiffness = plate.stiffness_n_m * (
+        np.kron(along.gram(2, 2), across.gram(0, 0)) + np.kron(along.gram(0, 0), across.gram(2, 2))
+        + nu * (cross + cross.T)
+        + 2 * (1 - nu) * np.kron(along.gram(1, 1), across.gram(1, 1)))
+    # The clamp removes deflection and slope of the root edge: the first two freedoms along.
+    basis = np.eye(len(mass))[:, 2 * across.dofs:]
+    if turns:
+        slope = np.kron(np.eye(along.dofs)[1], across.one())     # the same at all of the root
+        basis = np.column_stack([slope, basis])
+    return tuple(map(read_only, (basis, basis.T @ mass @ basis, basis.T @ stiffness @ basis)))
+
+
 def leissa_parameter(plate, frequency_hz):
     """Return lambda^2 = omega a^2 sqrt(rho h / D), eq. (9), a = length, as Leissa 1973."""
     return (2 * math.pi * np.asarray(frequency_hz) * plate.length_m ** 2
             * math.sqrt(plate.area_density_kg_m2 / plate.stiffness_n_m))
 
 
+@lru_cache(maxsize=8)
 def _beams(plate):
     return (_Beam(plate.length_m, plate.elements_along),
             _Beam(plate.width_m, plate.elements_across))
 
 
+@lru_cache(maxsize=8)
 def _mass(plate):
     along, across = _beams(plate)
-    return plate.area_density_kg_m2 * np.kron(along.gram(0, 0), across.gram(0, 0))
+    return read_only(plate.area_density_kg_m2 * np.kron(along.gram(0, 0), across.gram(0, 0)))
 
 
 class _Beam:
@@ -192,7 +203,7 @@ class _Beam:
 
     def _gauss(self):
         # Four points an element integrate the products of cubics (degree 6) exactly.
-        t, w = np.polynomial.legendre.leggauss(4)
+        t, w = GAUSS
         h = self.length / self.elements
         points = (np.arange(self.elements)[:, None] + (t + 1) / 2) * h
         return points.ravel(), np.tile(w * h / 2, self.elements)
