@@ -53,6 +53,8 @@ class Setup:
         Power of a part of the excitation over nominal, at which nonlinear hinges are linearised.
     lags : tuple of (ndarray, ndarray)
         Rows (m,) of inputs that reach the channels by columns (l,) a sample late, not at once.
+    near : tuple of ndarray, optional
+        Where the linear equivalents of the laws of a setup near by stand, for a search to begin.
 
     """
 
@@ -67,6 +69,7 @@ class Setup:
     corners_hz: tuple = ()
     powers: dict = field(default_factory=dict)
     lags: tuple = ()
+    near: tuple = None
 
     def reading(self, frequencies_hz):
         """Return what delays and low-passes make of every channel, (k, l) complex, eq. (89)."""

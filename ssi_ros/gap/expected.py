@@ -25,12 +25,15 @@ class Expected:
         One a level; a is 1, or the number of pieces where the pieces differ.
     fixed : ndarray, shape (a, k, l, l)
         What no level scales: lines, sweeps, slow noise of a channel.
+    near : tuple of ndarray, optional
+        Where the linear equivalents of nonlinear hinges stand, `Setup.near`.
 
     """
 
     names: tuple
     shares: tuple
     fixed: np.ndarray
+    near: tuple = None
 
     def at(self, levels):
         """Return S at the levels, shape (a, k, l, l)."""
@@ -126,7 +129,7 @@ def _steady(setup, frame):
             fixed = fixed + _transform(
                 stage.autocovariance(count, frame.rows, rate_hz), frame.overlap, frame)
     shares.append(np.broadcast_to(white * frame.overlap[0] + 0j, fixed[:1].shape))
-    return Expected(tuple(names) + ('sensor_noise',), tuple(shares), fixed)
+    return Expected(tuple(names) + ('sensor_noise',), tuple(shares), fixed, setup.near)
 
 
 def _through(gain, spectrum):

@@ -44,6 +44,9 @@ class Fit:
         Its derivatives by the logarithms of the levels.
     covariance : ndarray, shape (p, p)
         Of the candidate's coordinates, levels and tolerances profiled out.
+    known : tuple of Expected and list of ndarray, optional
+        Its expected periodograms and their derivatives, of a nonlinear candidate: what another
+        fit begins with.
 
     """
 
@@ -54,6 +57,7 @@ class Fit:
     plain: np.ndarray
     shares: tuple
     covariance: np.ndarray
+    known: tuple = None
 
 
 class Simulator:
@@ -67,18 +71,22 @@ class Simulator:
         """Return the same model side in another frame."""
         return Simulator(self.spacecraft, frame, self.duration_s, self.present)
 
-    def setup(self, candidate, levels=None):
-        """Return the setup of a candidate beside what is there, its hinges shaken at levels."""
+    def setup(self, candidate, levels=None, near=None):
+        """
+        Return the setup of a candidate beside what is there, its hinges shaken at levels.
+
+        `near` is that of the expected periodograms of a candidate like it.
+        """
         found = inject(self.spacecraft, self.present + candidate.effects, self.duration_s)
         if levels is None or not found.laws:
             return found
         names = [p.name for p in found.system.excitation if isinstance(source(p), White)]
-        return replace(found, powers=dict(zip(names, levels)))
+        return replace(found, powers=dict(zip(names, levels)), near=near)
 
-    def expected(self, candidate, levels=None):
+    def expected(self, candidate, levels=None, near=None):
         """Return its expected periodograms; None where it cannot exist, as off the array."""
         try:
-            found = self.spectrum(self.setup(candidate, levels))
+            found = self.spectrum(self.setup(candidate, levels, near))
         except (ValueError, np.linalg.LinAlgError, OverflowError):
             return None
         parts = (*found.shares, found.fixed)
@@ -89,7 +97,19 @@ class Simulator:
         return expected(setup, self.frame)
 
 
-def fit(simulator, evidence, candidate=Candidate(), levels=None, steps=STEPS, tolerance=None):
+def fit_again(simulator, evidence, start, steps, tolerance, far=False):
+    """
+    Fit another record of the same length, or a part of it, from a fit: see `fit`.
+
+    Near the fit its derivatives will do: where their product with what is seen vanishes is as
+    good an estimate as where the likelihood is highest. `far` takes them anew after every step.
+    """
+    return fit(simulator, evidence, start.candidate, start.levels, steps, tolerance, start.known,
+               far)
+
+
+def fit(simulator, evidence, candidate=Candidate(), levels=None, steps=STEPS, tolerance=None,
+        known=None, far=True):
     """
     Maximise the likelihood over a candidate's numbers and the levels.
 
@@ -107,6 +127,10 @@ def fit(simulator, evidence, candidate=Candidate(), levels=None, steps=STEPS, to
         Most steps.
     tolerance : Tolerance, optional
         What is fitted beside, eq. (117).
+    known : tuple, optional
+        Of a fit that ended there.
+    far : bool
+        Whether the derivatives by the candidate's numbers are taken anew after every step.
 
     Returns
     -------
@@ -114,7 +138,7 @@ def fit(simulator, evidence, candidate=Candidate(), levels=None, steps=STEPS, to
         None if the candidate cannot be computed where it begins.
 
     """
-    now = simulator.expected(candidate, levels)
+    now, changes = known or (simulator.expected(candidate, levels), None)
     if now is None:
         return None
     if tolerance is None:
@@ -129,7 +153,9 @@ def fit(simulator, evidence, candidate=Candidate(), levels=None, steps=STEPS, to
     caps = np.concatenate([np.full(len(logs), LONGEST), LONGEST * scales])
     for step_number in range(steps + 1):
         slopes = [np.exp(g) * s for g, s in zip(here.logs, here.now.shares)]
-        slopes += _differences(simulator, candidate, x, scales, here.now, here.logs)
+        if changes is None:
+            changes = _differences(simulator, candidate, x, scales, here.now, here.logs)
+        slopes += changes
         score, information = here.gradient(slopes, evidence)
         likely = score @ np.linalg.pinv(information, hermitian=True) @ score / 2
         if likely < ENOUGH or step_number == steps:
@@ -145,11 +171,12 @@ def fit(simulator, evidence, candidate=Candidate(), levels=None, steps=STEPS, to
             step = step * min(1.0, np.min(caps / np.maximum(np.abs(step), 1e-300)))
             trial = candidate.moved(x + step[len(logs):])
             ahead = here.logs + step[:len(logs)]
-            then = simulator.expected(trial, np.exp(ahead))
+            then = simulator.expected(trial, np.exp(ahead), here.now.near)
             if then is not None:
                 there = _Place(then, ahead, evidence, tolerance)
                 if there.value > here.value:
                     gain, here, candidate = there.value - here.value, there, trial
+                    changes = None if far else changes
                     x = np.array(candidate.point())
                     damping = max(damping / 10, 1e-6)
                     break
@@ -160,7 +187,8 @@ def fit(simulator, evidence, candidate=Candidate(), levels=None, steps=STEPS, to
     shares = tuple(np.exp(g) * s for g, s in zip(here.logs, here.now.shares))
     return Fit(candidate, np.exp(here.logs), here.value,
                tolerance.corrected(here.model, here.seen), here.model, shares,
-               inverse[len(logs):, len(logs):])
+               inverse[len(logs):, len(logs):],
+               (here.now, changes) if here.now.near else None)
 
 
 def _covariance(information, scales):
@@ -244,7 +272,7 @@ def _differences(simulator, candidate, x, scales, now, logs):
             at[i] += sign * PROBE * scale
             moved = candidate.moved(at)
             width = moved.point()[i] - x[i]
-            there = simulator.expected(moved, levels) if width else None
+            there = simulator.expected(moved, levels, now.near) if width else None
             if there is not None:
                 slopes.append((there.at(levels) - here) / width)
                 break

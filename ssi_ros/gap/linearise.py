@@ -10,12 +10,13 @@ from functools import lru_cache
 
 from numba import njit
 import numpy as np
+from scipy.fft import irfft, rfft
 
 from ssi_ros.model.excitation import columns
 from ssi_ros.model.nonlinear import torques
 
 ROUNDS = 30
-ENOUGH = 1e-6           # relative change of an equivalent hinge at which it stands
+ENOUGH = 1e-5           # relative change of an equivalent hinge at which it stands
 LENGTH = 1 << 15        # samples of the motion; their phases are always the same
 FINER = 4               # steps a sample for a law with memory
 SEED = 1
@@ -54,29 +55,41 @@ def linearise(setup):
     # What jolts the hinges takes the rest of their torque along when its level changes.
     loudest = max(base.excitation, key=lambda p: sum(
         h.jolts @ p.covariance(base.rate_hz, base.inputs) @ h.jolts for h in hinges)).name
-    at, before = np.zeros((len(hinges), 2, len(base.dofs))), None
+    at, slope = setup.near or (np.zeros((len(hinges), 2, len(base.dofs))), -2.0)
+    before = None
     for _ in range(ROUNDS):
+        system = base
+        for hinge, shares in zip(hinges, at):
+            system = hinge.put(system, *shares)
         sampled = system.plant.discrete(base.rate_hz)
-        found = [h.follow(sampled, covariance, system) for h in hinges]
-        off = np.array([f[0] for f in found]) - at
+        paths = [h.follow(sampled, covariance, system) for h in hinges]
+        off = np.array([p.shares for p in paths]) - at
         if np.all(np.abs(off) <= ENOUGH * np.abs(at).max(axis=-1, keepdims=True)):
             break
-        step = off / 2
         if before is not None:
             # secant: the root of what is off, as if each number minded only itself
             moved, change = before
             slope = np.where(moved != 0.0, (off - change) / np.where(moved, moved, 1.0), -2.0)
-            step = np.where(slope < -0.1, -off / np.minimum(slope, -0.1), off / 2)
+        step = np.where(slope < -0.1, -off / np.minimum(slope, -0.1), off / 2)
         before, at = (step, off), at + step
-        system = base
-        for hinge, shares in zip(hinges, at):
-            system = hinge.put(system, *shares)
     lags = ()
-    for hinge, (_, jolt, rest) in zip(hinges, found):
+    for hinge, path in zip(hinges, paths):
+        jolt, rest = hinge.left(path)
         rest /= np.sqrt(setup.powers.get(loudest, 1.0))
         system = hinge.leave(system, jolt, Rattle(hinge.law.hinge, float(rest), loudest))
         lags += (hinge.lag(system, jolt),)
-    return replace(setup, system=system, laws=(), lags=lags)
+    return replace(setup, system=system, laws=(), lags=lags, near=(at, slope))
+
+
+@dataclass(frozen=True, eq=False)
+class _Path:
+    """A motion of a hinge and its torque: their lines, jolts, and what of it follows the angle."""
+
+    lines: np.ndarray
+    torque: np.ndarray
+    jolts: np.ndarray
+    omega: np.ndarray
+    shares: np.ndarray
 
 
 class _Hinge:
@@ -101,27 +114,40 @@ class _Hinge:
             self.bands = tuple(zip(modes, edges[:-1], edges[1:]))
 
     def follow(self, sampled, covariance, system):
-        """Return stiffness and damping by mode, (2, n), share of the jolts, rms of the rest."""
+        """Return a motion, its torque, and stiffness and damping by mode, (2, n)."""
         finer = FINER if self.law.kind == 'friction' else 1
         lines, omega = self._motion(sampled, covariance, system, finer)
-        jolts = np.sqrt(self.jolts @ covariance @ self.jolts) * np.repeat(_chance()[0], finer)
-        torque = torques(self.law, np.fft.irfft(lines) + jolts, self.give)
-        answer = np.fft.rfft(torque)
-        both, power = answer * lines.conj(), np.abs(lines) ** 2
-        shares, rest = np.zeros((2, len(self.modes))), answer.copy()
+        size = np.sqrt(self.jolts @ covariance @ self.jolts)
+        jolts = size * _jolts(finer)
+        angle = irfft(lines, LENGTH * finer)
+        torque = rfft(torques(self.law, angle + jolts, self.give))
+        # the motion ends at half of the rate, the torque does not
+        own = torque[:len(lines)]
+        real = own.real * lines.real + own.imag * lines.imag
+        imag = own.imag * lines.real - own.real * lines.imag
+        power = lines.real ** 2 + lines.imag ** 2
+        shares = np.zeros((2, len(self.modes)))
         for modes, start, stop in self.bands:
             band = slice(*np.searchsorted(omega, (start, stop)))
-            w, p, c = omega[band], power[band], both[band]
-            stiffness, damping = -c.real.sum() / p.sum(), 0.0
+            w, p = omega[band], power[band]
+            stiffness, damping = -real[band].sum() / p.sum(), 0.0
             if finer > 1:
                 stiffness = max(stiffness, 0.0)
-                damping = max(-(w * c.imag).sum() / (w ** 2 * p).sum(), 0.0)
+                damping = max(-(w @ imag[band]) / (w ** 2 @ p), 0.0)
             shares[0, modes], shares[1, modes] = stiffness, damping
-            rest[band] += (stiffness + 1j * w * damping) * lines[band]
-        rest = np.fft.irfft(rest)
+        return _Path(lines, torque, jolts, omega, shares)
+
+    def left(self, path):
+        """Return the share of the jolts in the torque of a path, and the rms of the rest of it."""
+        rest, jolts = path.torque.copy(), path.jolts
+        for modes, start, stop in self.bands:
+            band = slice(*np.searchsorted(path.omega, (start, stop)))
+            stiffness, damping = path.shares[:, np.ravel(modes)[0]]
+            rest[band] += (stiffness + 1j * path.omega[band] * damping) * path.lines[band]
+        rest = irfft(rest, len(jolts))
         jolt = 0.0 if not jolts.any() else -(rest @ jolts) / (jolts @ jolts)
-        rest = (rest + jolt * jolts).reshape(LENGTH, finer).mean(axis=1)
-        return shares, jolt, rest.std()
+        rest = (rest + jolt * jolts).reshape(LENGTH, -1).mean(axis=1)
+        return jolt, rest.std()
 
     def put(self, system, stiffness, damping):
         """Return the system with stiffness and damping about the hinge, each by mode."""
@@ -152,9 +178,10 @@ class _Hinge:
         variance = sampled.state_covariance(covariance)
         weights = (row @ sampled.vectors) * (sampled.inverse @ variance @ row) * sampled.weight
         power = _power(sampled.poles, sampled.poles * weights, row @ variance @ row, LENGTH)
-        lines = np.zeros(LENGTH * finer // 2 + 1, complex)
-        lines[1:len(power)] = (np.sqrt(power) * _chance()[1])[1:]
-        scale = np.sqrt(row @ variance @ row) / np.fft.irfft(lines).std()
+        power[0] = 0.0
+        lines = np.sqrt(power) * _chance()[1]
+        # the variance of the series that the lines give, by Parseval
+        scale = np.sqrt(row @ variance @ row / (2 * power.sum())) * LENGTH * finer
         return scale * lines, 2 * np.pi * np.arange(len(lines)) * system.rate_hz / LENGTH
 
 
@@ -163,6 +190,12 @@ def _chance():
     """Return the jolts, unit variance, and the phases of all motions."""
     return (np.random.default_rng(SEED).standard_normal(LENGTH),
             np.exp(2j * np.pi * np.random.default_rng(SEED + 1).random(LENGTH // 2)))
+
+
+@lru_cache
+def _jolts(finer):
+    """Return the jolts, unit variance, held over so many steps a sample."""
+    return np.repeat(_chance()[0], finer)
 
 
 @njit(cache=True, fastmath=True, error_model='numpy')

@@ -107,9 +107,9 @@ class _Nominal(Simulator):
 
     _kept = None
 
-    def expected(self, candidate, levels=None):
+    def expected(self, candidate, levels=None, near=None):
         if candidate.effects:
-            return super().expected(candidate, levels)
+            return super().expected(candidate, levels, near)
         if self._kept is None:
             self._kept = super().expected(candidate)
         return self._kept
