@@ -11,16 +11,18 @@ import numpy as np
 
 from ssi_ros.effects import inject, simulate_setup
 from ssi_ros.gap.candidate import Candidate
-from ssi_ros.gap.fit import fit
+from ssi_ros.gap.fit import fit_again
 from ssi_ros.gap.holes import filled, without_rails
 from ssi_ros.gap.likelihood import Evidence
+from ssi_ros.gap.meter import measure
 from ssi_ros.gap.spectra import spectra
 
-ROUNDS = 5              # simulations and fits, at most
+ROUNDS = 8              # simulations and fits, at most
 RECORDS = 2             # of a round
 STEP = 0.9              # share of the difference that a round takes
 ENOUGH = 1.5            # standard deviations: two of what the mean of two records scatters by
-LEVEL_ENOUGH = 1.2      # ratio of levels that is left alone
+LONGEST = 2.0           # step over what is off, both in standard deviations
+LEVEL_ENOUGH = 0.05     # share of a level that is left alone
 LEAST = 0.1             # share of a fitted level that is left of it
 FITTED_STEPS = 6        # of the fit of a simulated record
 SEED = 9_100_000        # far from seeds that records are made with
@@ -39,12 +41,15 @@ class Made:
         Power over nominal: each random part of the excitation, sensor noise.
     spread : float
         By which its numbers scatter more than those of the fit.
+    lost : float
+        Log likelihood that the fit of such a record loses by its expected spectrum, roughly.
 
     """
 
     candidate: Candidate
     levels: np.ndarray
     spread: float = 1.0
+    lost: float = 0.0
 
 
 def records(simulator, made, seed, count):
@@ -68,7 +73,7 @@ def at_levels(spacecraft, levels):
             torque_rms_n_m=tuple(float(t * torque) for t in excitation.torque_rms_n_m)))
 
 
-def made_by(simulator, fitted, tolerance):
+def made_by(simulator, fitted, tolerance, band_bins):
     """
     Correct the fit of a candidate by fits of records that it makes.
 
@@ -80,6 +85,8 @@ def made_by(simulator, fitted, tolerance):
         Of the record.
     tolerance : Tolerance
         What is fitted beside.
+    band_bins : int
+        Bins of a band of the meter.
 
     Returns
     -------
@@ -90,20 +97,36 @@ def made_by(simulator, fitted, tolerance):
     found = Made(fitted.candidate, fitted.levels)
     if not any(e.nonlinear for e in fitted.candidate.effects):
         return found
-    spread = np.sqrt(np.maximum(np.diag(fitted.covariance), 0.0))
-    x = np.array(fitted.candidate.point())
+    spread = np.sqrt(np.maximum(np.diag(fitted.covariance), 1e-300))
+    x, goal = np.array(fitted.candidate.point()), state(fitted)
+    # by what is near enough: what rails or a rattle add to a level is a power, no ratio
+    unit = np.append(ENOUGH * spread, LEVEL_ENOUGH * fitted.levels)
+    again, slopes, before = fitted, np.eye(len(goal)) / STEP, None
     for _ in range(ROUNDS):
-        again = [fit(simulator, evidence, fitted.candidate, fitted.levels, FITTED_STEPS, tolerance)
-                 for _, evidence in records(simulator, found, SEED, RECORDS)]
-        if any(a is None for a in again):
+        first, *others = [e for _, e in records(simulator, found, SEED, RECORDS)]
+        again = fit_again(simulator, replace(first, others=tuple(others)), again, FITTED_STEPS,
+                          tolerance, far=True)
+        if again is None:
             break
-        off = fitted.candidate.point() - np.mean([a.candidate.point() for a in again], axis=0)
-        # what rails or a rattle add to a level is a power of its own: no ratio
-        more = fitted.levels - np.mean([a.levels for a in again], axis=0)
-        if np.all(np.abs(off) <= ENOUGH * spread) and np.all(
-                np.abs(more) <= (LEVEL_ENOUGH - 1) * fitted.levels):
+        found = replace(found, lost=measure(again.model, first, band_bins).lost)
+        off = (goal - state(again)) / unit
+        if np.all(np.abs(off) <= 1.0):
             break
-        x = x + STEP * off
-        levels = np.maximum(found.levels + STEP * more, LEAST * fitted.levels)
-        found = Made(fitted.candidate.moved(x), levels, np.sqrt(1 + 1 / RECORDS))
+        if before is not None:
+            # the same random numbers in all rounds: what changed is what the step did (Broyden)
+            moved, then = before
+            slopes = slopes + np.outer(then - off - slopes @ moved, moved) / (moved @ moved)
+        step = np.linalg.pinv(slopes) @ off
+        step = step * min(1.0, LONGEST * np.linalg.norm(off) / np.linalg.norm(step))
+        before = step, off
+        step = step * unit
+        x = x + step[:len(x)]
+        levels = np.maximum(found.levels + step[len(x):], LEAST * fitted.levels)
+        found = Made(fitted.candidate.moved(x), levels, np.sqrt(1 + 1 / RECORDS), found.lost)
+        x = np.array(found.candidate.point())
     return found
+
+
+def state(fitted):
+    """Return the numbers and levels of a fit."""
+    return np.append(fitted.candidate.point(), fitted.levels)

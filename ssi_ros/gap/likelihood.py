@@ -9,11 +9,16 @@ from ssi_ros.gap.spectra import Frame, periodograms
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """Spectra of a record, shape (pieces, k, l), and the pieces that count."""
+    """
+    Spectra of a record, shape (pieces, k, l), and the pieces that count.
+
+    `others` is the evidence of more records of the same model, cut alike.
+    """
 
     frame: Frame
     spectrum: np.ndarray
     pieces: tuple
+    others: tuple = ()
 
     def only(self, pieces):
         """Return the evidence of some pieces."""
@@ -21,8 +26,9 @@ class Evidence:
 
     @cached_property
     def each(self):
-        """Periodograms of the pieces that count, shape (n, k, l, l)."""
-        return periodograms(self.spectrum[list(self.pieces)])
+        """Periodograms of the pieces that count, the mean over the records, (n, k, l, l)."""
+        own = periodograms(self.spectrum[list(self.pieces)])
+        return (own + sum(o.each for o in self.others)) / (1 + len(self.others))
 
     @cached_property
     def mean(self):
@@ -35,9 +41,10 @@ class Evidence:
 
         A model that is the same for all pieces needs only their mean.
         """
+        records = 1 + len(self.others)
         if len(model) == 1:
-            return self.mean, len(self.pieces), model
-        return self.each, 1, model[list(self.pieces)]
+            return self.mean, records * len(self.pieces), model
+        return self.each, records, model[list(self.pieces)]
 
 
 @dataclass(frozen=True, eq=False)

@@ -73,6 +73,11 @@ class Gap:
         return self.whitened if against is None else whitened(against, self.whitened)
 
     @property
+    def lost(self):
+        """Log likelihood that the gap costs, beyond its floor."""
+        return (self.value - self.floor) * len(self.bands) * self.looks
+
+    @property
     def deviations(self):
         """How many standard deviations the gap is above its floor."""
         return (self.value - self.floor) / self.floor_std

@@ -23,7 +23,7 @@ def test_friction_is_corrected_by_what_its_fit_errs_on_its_own_records():
     """A hinge that sticks half of the time: its stiffness was two fifths too large."""
     simulator, found = fitted(FRICTION)
     (before,) = found.candidate.effects
-    made = made_by(simulator, found, no_tolerance(simulator.frame, 4))
+    made = made_by(simulator, found, no_tolerance(simulator.frame, 4), 8)
     (after,) = made.candidate.effects
     errors = [abs(np.log(e.stiffness_n_m_rad / FRICTION.stiffness_n_m_rad))
               for e in (before, after)]
@@ -35,7 +35,7 @@ def test_the_noise_of_rails_is_not_that_of_the_sensors():
     """What is wrong where crests were filled in is noise to a fit; records made show the same."""
     rails = parse_effect('saturation:limit_m_s2=0.05')
     simulator, found = fitted(rails)
-    made = made_by(simulator, found, no_tolerance(simulator.frame, 4))
+    made = made_by(simulator, found, no_tolerance(simulator.frame, 4), 8)
     assert found.levels[-1] > 3 and made.levels[-1] < found.levels[-1] / 5
     assert abs(found.levels[1] - 1) > 0.1 and abs(made.levels[1] - 1) < 0.05
 
@@ -43,5 +43,5 @@ def test_the_noise_of_rails_is_not_that_of_the_sensors():
 def test_a_linear_effect_is_its_fit():
     """Nothing is simulated for an exact spectrum."""
     simulator, found = fitted(parse_effect('hub_inertia:scale=1.1'))
-    made = made_by(simulator, found, no_tolerance(simulator.frame, 4))
+    made = made_by(simulator, found, no_tolerance(simulator.frame, 4), 8)
     assert made.candidate is found.candidate and made.levels is found.levels
