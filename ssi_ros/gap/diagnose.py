@@ -18,7 +18,7 @@ from ssi_ros.gap.meter import measure
 from ssi_ros.gap.rank import Ranked, try_held_out, unseen, worth
 from ssi_ros.gap.resimulate import floor_by_simulation
 from ssi_ros.gap.scores import make_templates, score
-from ssi_ros.gap.search import Search
+from ssi_ros.gap.search import BEHIND, Search
 from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.gap.slow import slow_signs
 from ssi_ros.gap.spectra import make_frame, spectra
@@ -34,17 +34,19 @@ SCORES_SHARE = 0.65     # of the false alarms allowed, that the scores may make
 SIGN_SHARE = 0.05       # and meter (twice), lines, sweeps, pulses, swings, slow noise each
 TRIED = 4               # candidates that are measured on held-out pieces
 DOUBT = 0.05            # p-value of what is left, below which a second effect is looked for
+MOST_CREDIT = 1.5       # share of what two of its records lose that a candidate may be credited
 FAR = 30.0              # deviations left, above which the size may be far from any start
 
 
 @dataclass(frozen=True, eq=False)
 class _Left:
-    """What a candidate leaves: scores, signs, p-value of all, how far, what its own records do."""
+    """What a candidate leaves: scores, signs, p-values, how far, what its own records do."""
 
     scores: object
     signs: tuple
     odd: tuple
-    p_value: float
+    p_value: float          # of all tests
+    spectral: float         # but for a swing of the level, which is in no spectrum
     far: bool
     floor: object = None
 
@@ -150,7 +152,7 @@ def _diagnose(spacecraft, samples, settings, names, pairs, present, tell):
 
     @cache
     def made(fitted):
-        return made_by(simulator, fitted, tolerance)
+        return made_by(simulator, fitted, tolerance, settings.band_bins)
 
     @cache
     def left_by(best):
@@ -158,16 +160,14 @@ def _diagnose(spacecraft, samples, settings, names, pairs, present, tell):
         more, odd, meter = look(best.fit, tuple(n for n in sought if n not in best.names))
         strange = score(strangers, best.fit, evidence, tolerance)
         seen = odd + strange_sign(strange)
-        left = _Left(rest, more, seen, _together(
-            rest.p_value(), _whole_and_local(meter), more + seen), meter.deviations > FAR)
+        left = _left(rest, more, seen, _whole_and_local(meter), meter.deviations > FAR)
         if left.p_value < DOUBT:
             # perhaps only the expected spectrum of the candidate is not exact
             floor = floor_by_simulation(
                 simulator, best.fit, made(best.fit), templates, strangers, tolerance, settings,
-                tuple(s.effect.name for s in more), bool(odd))
+                more, bool(odd))
             rest, of_meter, more, odd = floor.against(rest, strange, meter, more, odd)
-            left = replace(left, scores=rest, signs=more, odd=odd, floor=floor,
-                           p_value=_together(rest.p_value(), of_meter, more + odd))
+            left = _left(rest, more, odd, of_meter, left.far, floor)
         return left
 
     left, shown = 0.0, signs + odd
@@ -176,8 +176,8 @@ def _diagnose(spacecraft, samples, settings, names, pairs, present, tell):
         if rest.far:
             ranked = search.wider(ranked, signs)
             rest = left_by(ranked[0])
-        if rest.p_value < LEFT_OVER:
-            ranked, rest = _credited(ranked, left_by, nominal, len(names))
+        if rest.spectral < LEFT_OVER:
+            ranked, rest = _credited(ranked, left_by, made, nominal, len(names))
         if pairs and rest.p_value < DOUBT:
             single = ranked[0]
             search.tell = lambda share: tell(0.7 + 0.2 * share)
@@ -210,20 +210,31 @@ def _diagnose(spacecraft, samples, settings, names, pairs, present, tell):
         k: again[k] for k in ('bands', 'modes', 'times')}})
 
 
-def _credited(ranked, left_by, nominal, effects):
+def _left(scores, signs, odd, of_meter, far, floor=None):
+    p_value = scores.p_value()
+    return _Left(scores, signs, odd, _together(p_value, of_meter, signs + odd),
+                 _together(p_value, of_meter, tuple(s for s in signs if not s.look) + odd),
+                 far, floor)
+
+
+def _credited(ranked, left_by, made, nominal, effects):
     """
     Credit candidates with what their expected spectra, not exact, lose on their own records.
 
     Return them in the new order, and what the best one leaves. The best so far explains nothing:
     another hinge law may do so whose linear equivalent is worse.
     """
-    hopeful = (ranked[0].fit.likelihood + nominal.likelihood) / 2
-    tried, others = ranked[:1], []
-    for r in ranked[1:]:
-        nonlinear = any(e.nonlinear for e in r.fit.candidate.effects)
-        (tried if nonlinear and r.fit.likelihood > hopeful else others).append(r)
-    found = {}
-    for r in tried:
+    best = ranked[0]
+    hopeful = (best.fit.likelihood + nominal.likelihood) / 2
+    found, others = {}, []
+    for r in ranked:
+        if r is not best and (
+                r.fit.likelihood <= hopeful or not any(
+                    e.nonlinear for e in r.fit.candidate.effects)
+                or r.evidence + MOST_CREDIT * made(r.fit).lost < max(
+                    f.evidence for f in found) - BEHIND):
+            others.append(r)
+            continue
         rest = left_by(r)
         found[replace(r, credit=rest.floor.credit if rest.floor else 0.0)] = rest
     order = sorted([*found, *others], key=lambda r: -worth(r, effects))

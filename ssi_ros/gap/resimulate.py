@@ -9,13 +9,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import norm
 
-from ssi_ros.gap.fit import fit
+from ssi_ros.gap.fit import fit_again
 from ssi_ros.gap.indirect import records
 from ssi_ros.gap.meter import measure
 from ssi_ros.gap.rank import above_floor, folds
-from ssi_ros.gap.scores import score
+from ssi_ros.gap.scores import directions, score
 from ssi_ros.gap.slow import slow_signs
 from ssi_ros.gap.strangers import strange_sign
+from ssi_ros.gap.swings import wander
+from ssi_ros.gap.symptoms import SURE
 from ssi_ros.gap.torque import odd_signs, reconstruct, torque_signs
 
 RECORDS = 5
@@ -51,6 +53,9 @@ class Floor:
         Mean and standard deviation of the scores of strangers, alike.
     signs : dict of str to list of float
         p-values of the signs of the records, by effect or name.
+    wander : ndarray
+        How much the level of a nonlinear candidate wanders about the period of the swing that
+        the record shows, 1 in the mean where it does not; empty for others.
     credit : float
         Log likelihood that the candidate loses by its expected spectrum.
 
@@ -67,6 +72,7 @@ class Floor:
     strange: tuple
     signs: dict
     credit: float
+    wander: np.ndarray
 
     def against(self, scores, strange, meter, signs, odd):
         """Return scores, p-values of the meter, and both kinds of signs, against this floor."""
@@ -76,8 +82,19 @@ class Floor:
         return (replace(scores, z=(scores.z - self.z) / self.scatter / spread),
                 (float(norm.sf((meter.deviations - self.deviations) / self.spread / spread)),
                  meter.local_p_value(self.whitened, spread ** 2 * self.crowding)),
-                tuple(s for s in signs if not self.shows(s.effect.name, s.p_value)),
+                tuple(s for s in map(self.sign, signs)
+                      if s.p_value <= SURE and not self.shows(s.effect.name, s.p_value)),
                 tuple(s for s in odd if not self.shows(s.name, s.p_value)) + strange_sign(strange))
+
+    def sign(self, sign):
+        """Return a sign with the p-value that it has where the level wanders."""
+        if not (sign.look and len(self.wander)):
+            return sign
+        gain, cells = sign.look
+        # powers of noise over their mean of so many looks
+        looks = len(self.wander)
+        own = looks * max(1.0, float(self.wander.mean()))
+        return replace(sign, p_value=min(1.0, cells * (1 + gain / own) ** -looks))
 
     def shows(self, name, p_value):
         """Return whether two of the records show a sign, or one as strongly."""
@@ -86,7 +103,7 @@ class Floor:
 
 
 def floor_by_simulation(simulator, best, made, templates, strangers, tolerance, settings,
-                        names=(), odd=False):
+                        signs=(), odd=False):
     """
     Simulate a fitted candidate and look at what it leaves of its own records.
 
@@ -100,8 +117,8 @@ def floor_by_simulation(simulator, best, made, templates, strangers, tolerance, 
         What it is simulated with.
     templates, strangers, tolerance, settings
         As for the record.
-    names : sequence of str
-        Effects whose signs are looked for.
+    signs : sequence of Symptom
+        Of the record, which are looked for.
     odd : bool
         Whether signs of nothing in the library are looked for too.
 
@@ -110,11 +127,15 @@ def floor_by_simulation(simulator, best, made, templates, strangers, tolerance, 
     Floor
 
     """
-    z, strange, meters, halves, seen = [], [], [], [], {}
+    z, strange, meters, halves, seen, wanders = [], [], [], [], {}, []
+    here, names = None, tuple(s.effect.name for s in signs)
+    nonlinear = any(e.nonlinear for e in best.candidate.effects)
     for samples, evidence in records(simulator, made, SEED, RECORDS):
-        again = fit(simulator, evidence, best.candidate, best.levels, REFIT_STEPS, tolerance)
-        z.append(score(templates, again, evidence, tolerance).z)
-        strange.append(score(strangers, again, evidence, tolerance).z)
+        again = fit_again(simulator, evidence, best, REFIT_STEPS, tolerance)
+        # all five fits are near each other: templates whitened by the first will do
+        here = here or [directions(t, again, evidence, tolerance) for t in (templates, strangers)]
+        z.append(score(templates, again, evidence, tolerance, here[0]).z)
+        strange.append(score(strangers, again, evidence, tolerance, here[1]).z)
         meters.append(measure(again.model, evidence, settings.band_bins))
         halves.append(above_floor([measure(again.model, half, settings.band_bins)
                                    for half in folds(evidence)]))
@@ -124,19 +145,19 @@ def floor_by_simulation(simulator, best, made, templates, strangers, tolerance, 
                      + slow_signs(simulator, again, samples, settings, names)]
             if odd:
                 found += [(s.name, s.p_value) for s in odd_signs(torque, samples.channels)]
+            wanders += [wander(torque, s.effect.period_s) for s in signs if s.look and nonlinear]
             for name, p_value in found:
                 seen.setdefault(name, []).append(p_value)
     deviations = [m.deviations for m in meters]
     whitened = np.mean([m.whitened for m in meters], axis=0)
     # their own mean takes a fifth of the scatter away
     crowding = np.mean([m.ratio(whitened) for m in meters]) / (1 - 1 / RECORDS)
-    one = meters[0]
-    lost = float(np.mean(deviations)) * one.floor_std * len(one.bands) * one.looks
+    lost = float(np.mean([m.lost for m in meters]))
     mean, scatter = _drawn(z)
     return Floor(mean, float(np.mean(deviations)),
                  max(1.0, float(np.std(deviations, ddof=1))), float(np.mean(halves)),
                  max(1.0, float(np.std(halves, ddof=1))), whitened, max(1.0, float(crowding)),
-                 scatter, _drawn(strange), seen, max(lost, 0.0))
+                 scatter, _drawn(strange), seen, max(lost, 0.0), np.ravel(wanders))
 
 
 def _drawn(z):

@@ -117,7 +117,7 @@ class Scores:
         return float(-np.expm1(effective * np.log1p(-2 * norm.sf(found))))
 
 
-def score(templates, fitted, evidence, tolerance):
+def score(templates, fitted, evidence, tolerance, here=None):
     """
     Score all templates.
 
@@ -131,6 +131,8 @@ def score(templates, fitted, evidence, tolerance):
         What was recorded.
     tolerance : Tolerance
         What is not known exactly.
+    here : Directions, optional
+        Of `directions`, where those of a fit near by will do.
 
     Returns
     -------
@@ -138,8 +140,7 @@ def score(templates, fitted, evidence, tolerance):
 
     """
     seen = whiten(fitted.plain, evidence)
-    here = _Directions(templates, fitted.plain, fitted.shares, tolerance, evidence.frame,
-                       evidence.pieces)
+    here = here or directions(templates, fitted, evidence, tolerance)
     total = seen.excess.sum(axis=0).astype(np.float32)
     raw = seen.weight * (here.flat @ total).astype(float)
     beside = (seen.weight * (here.basis @ total)).astype(float)
@@ -154,6 +155,12 @@ def score(templates, fitted, evidence, tolerance):
             raw[i] += np.sum(swing * each) / evidence.frame.crowding
     return Scores(templates.effects, raw / here.spread, raw / here.spread ** 2, here.spread,
                   here.information / np.outer(here.spread, here.spread))
+
+
+def directions(templates, fitted, evidence, tolerance):
+    """Return the templates as a fit whitens them; arguments as of `score`."""
+    return Directions(templates, fitted.plain, fitted.shares, tolerance, evidence.frame,
+                      evidence.pieces)
 
 
 def promise(templates, expected, frame, tolerance):
@@ -180,12 +187,12 @@ def promise(templates, expected, frame, tolerance):
 
     """
     model = expected.at(np.ones(len(expected.names)))
-    here = _Directions(templates, model, expected.shares, tolerance, frame,
-                       tuple(range(frame.pieces)))
+    here = Directions(templates, model, expected.shares, tolerance, frame,
+                      tuple(range(frame.pieces)))
     return here.spread, here.information / np.outer(here.spread, here.spread)
 
 
-class _Directions:
+class Directions:
     """Templates as a model whitens them, and their information with levels projected out."""
 
     def __init__(self, templates, plain, shares, tolerance, frame, pieces):

@@ -15,11 +15,9 @@ def swing(torque):
     level = _magnitude(torque)
     count = len(level)
     longest = count / torque.rate_hz / SLOWEST
-    block = max(1, int(torque.rate_hz / 8))     # means over an eighth of a second are enough
-    rows = count // block
-    coarse = level[:rows * block].reshape(-1, block).mean(axis=1)
+    coarse, at, block = _coarse(level, torque.rate_hz)
+    rows = len(coarse)
     spread = np.var(level) / block
-    at = (np.arange(rows) + 0.5) * block / torque.rate_hz
     size = 8 * rows
     df = torque.rate_hz / block / size
     gains = np.abs(np.fft.rfft(coarse - coarse.mean(), size)) ** 2 / (rows * spread)
@@ -31,7 +29,8 @@ def swing(torque):
     # pulses ring in what drives, and raise the mean of it at all frequencies
     gains /= max(1.0, np.median(gains[gains > 0]) / np.log(2))
     best = int(np.argmax(gains))
-    p = chance(gains[best], 4 * FASTEST_HZ * count / torque.rate_hz)
+    cells = 4 * FASTEST_HZ * count / torque.rate_hz
+    p = chance(gains[best], cells)
     if p > SURE:
         return None
     frequency = minimize_scalar(lambda f: -_sine_fit(coarse, at, f)[0], bounds=(
@@ -43,8 +42,7 @@ def swing(torque):
     turns = 2 * np.pi * np.arange(count) / torque.rate_hz / period
     level = _magnitude(torque, 1 + min(1, 0.95 / np.hypot(cosine, sine)) * (
         cosine * np.cos(turns) + sine * np.sin(turns)))
-    _, (cosine, sine) = _sine_fit(level[:rows * block].reshape(-1, block).mean(axis=1), at,
-                                  frequency)
+    _, (cosine, sine) = _sine_fit(_coarse(level, torque.rate_hz)[0], at, frequency)
     depth = _undiluted(np.hypot(cosine, sine), torque.excited)
     phase = np.arctan2(cosine, sine) - 2 * np.pi * torque.inside.start / torque.rate_hz / period
     return Symptom(within(
@@ -52,7 +50,35 @@ def swing(torque):
         phase_rad=float(phase % (2 * np.pi))), p,
                    f'the level swings by {100 * depth:.0f} % every {period:.0f} s',
                    {'depth': depth / size, 'period_s': np.sqrt(6) / np.pi / size * period ** 2
-                    * torque.rate_hz / count, 'phase_rad': 2 / size})
+                    * torque.rate_hz / count, 'phase_rad': 2 / size},
+                   look=(float(gains[best]), cells))
+
+
+def wander(torque, period_s):
+    """
+    Return how much of a sinusoid of a period, and of its neighbours, the level has by chance.
+
+    A hinge that rattles follows the slow modes, and so does the level: it wanders.
+
+    Returns
+    -------
+    ndarray, shape (3,)
+        1 in the mean where the level is steady; as the gain that `swing` looks for.
+
+    """
+    level = _magnitude(torque)
+    coarse, at, block = _coarse(level, torque.rate_hz)
+    step = torque.rate_hz / len(level)
+    near = [max(1 / period_s + n * step, SLOWEST * step) for n in (-1, 0, 1)]
+    return np.array([_sine_fit(coarse, at, f)[0] for f in near]) * block / (2 * np.var(level))
+
+
+def _coarse(level, rate_hz):
+    """Return means of a level, their times [s], and of how many samples each is."""
+    block = max(1, int(rate_hz / 8))            # means over an eighth of a second are enough
+    rows = len(level) // block
+    return (level[:rows * block].reshape(-1, block).mean(axis=1),
+            (np.arange(rows) + 0.5) * block / rate_hz, block)
 
 
 def level_of(unit, period):

@@ -30,6 +30,8 @@ class Symptom:
         Standard deviations of the effect's quantities, where they are known.
     when : tuple of ndarray, shape (n,)
         Times of single events [s], and how surely each is one; empty where there are none.
+    look : tuple of float
+        Log likelihood that a swing gains, and in how many cells it was sought; else empty.
 
     """
 
@@ -38,6 +40,7 @@ class Symptom:
     text: str
     stds: dict = field(default_factory=dict)
     when: tuple = ()
+    look: tuple = ()
 
 
 @dataclass(frozen=True)

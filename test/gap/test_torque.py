@@ -3,8 +3,9 @@ from gap_records import look
 import numpy as np
 import pytest
 from ssi_ros.effects import parse_effect
+from ssi_ros.gap.resimulate import Floor
 from ssi_ros.gap.sweeps import sweep
-from ssi_ros.gap.swings import swing
+from ssi_ros.gap.swings import swing, wander
 from ssi_ros.gap.torque import line, pulses, reconstruct
 
 
@@ -82,3 +83,18 @@ def test_pulses_beside_a_swing_keep_their_size():
                        'impulsive_events:rate_per_min=6,impulse_n_m_s=0.15')
     found = pulses(torque, swing(torque))
     assert abs(found.effect.impulse_n_m_s - 0.15) < 3 * found.stds['impulse_n_m_s']
+
+
+def test_a_level_that_wanders_is_no_swing():
+    """As much of a slow sinusoid as the candidate's own records have by chance is no sign."""
+    sign = swing(torque_of('nonstationary_excitation:depth=0.12,period_s=50'))
+    own = wander(torque_of(), 50.0)
+    assert own.shape == (3,) and own.max() < 8          # of three, each exponential of mean 1
+    quiet, loud = (floor_of(np.full(15, size)).sign(sign) for size in (1.0, sign.look[0] / 4))
+    assert sign.p_value <= quiet.p_value < 1e-3 < 0.05 < loud.p_value
+    assert floor_of(np.array([])).sign(sign) is sign
+
+
+def floor_of(wandering):
+    """Return a floor by simulation of which only the wander of the level counts."""
+    return Floor(*[None] * 11, wandering)
