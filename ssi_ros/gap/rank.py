@@ -9,12 +9,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ssi_ros.effects.base import is_log
-from ssi_ros.gap.fit import Fit, fit
+from ssi_ros.gap.fit import Fit, fit_again
 from ssi_ros.gap.indirect import Made
 from ssi_ros.gap.meter import closed_share, measure
 
 REFIT_STEPS = 3
 DECADES = 6.0           # nats that the logarithm of an unknown size may lie in
+HIDDEN = 0.2            # share of these sizes that is worth less than one deviation
+SHARPLY = 10.0          # deviations from which the posterior of a size is narrow
+GRID = 300              # sizes that stand for all
 SINGLE, PAIR = 0.6, 0.1         # prior odds to "something else", 0.1, and to no effect, 0.2
 UNKNOWN, NONE = 0.1, 0.2
 SIZES = np.array([0.5, 2.0, 4.0, 8.0, 16.0])    # deviations that an effect may be worth
@@ -98,29 +101,51 @@ def occam(candidate, covariance):
     """
     Return the log of posterior over prior volume of a candidate's numbers, at most 0.
 
-    The prior of a size is even in its logarithm, that of a place in the range that its starts
-    span. A size that the record does not bound is one that is not seen, which few are.
+    The prior of a size is even in the logarithm of its deviations, from some that no record
+    shows; that of a place even in the range that its starts span.
     """
-    widths, unseen_share = [], 0.0
+    widths, sizes = [], 0.0
     for (i, f), x, variance in zip(candidate.numbers(), candidate.point(), np.diag(covariance)):
         e = candidate.effects[i]
         starts = e.starts[f.name]
         if f.name == e.size:
-            if is_log(f):
-                unseen_share += variance / (variance + DECADES ** 2)
-            widths.append(DECADES if is_log(f) else 2 * DECADES * max(abs(x - f.default), 1e-12))
+            width = DECADES if is_log(f) else 2 * DECADES * max(abs(x - f.default), 1e-12)
+            # by its deviations, in place of the logarithm that the covariance is of
+            power = abs(e.power) if is_log(f) else 1.0
+            away = 1 / power if is_log(f) else x - f.default
+            sizes += (np.log(of_size(away / np.sqrt(variance), e.one_sided(), power))
+                      + np.log1p(width ** 2 / (2 * np.pi * variance)) / 2)
+        elif e.hinge:
+            # the stiffness of a hinge is the same number, whatever its law
+            width = DECADES
         elif is_log(f):
-            widths.append(2 * np.log(max(starts) / min(starts)) if len(starts) > 1 else DECADES)
+            width = 2 * np.log(max(starts) / min(starts)) if len(starts) > 1 else DECADES
         else:
-            widths.append(2 * (max(starts) - min(starts)) if len(starts) > 1
-                          else 2 * max(abs(starts[0]), 1e-12))
+            width = (2 * (max(starts) - min(starts)) if len(starts) > 1
+                     else 2 * max(abs(starts[0]), 1e-12))
+        widths.append(width)
     if not widths:
         return 0.0
     scale = np.array(widths) / np.sqrt(2 * np.pi)
     ratio = np.eye(len(scale)) + np.linalg.pinv(covariance / np.outer(scale, scale),
                                                 hermitian=True)
-    return (-0.5 * float(np.linalg.slogdet(ratio)[1])
-            + unseen_share * float(np.log(np.mean(np.exp(-SIZES ** 2 / 2)))))
+    return -0.5 * float(np.linalg.slogdet(ratio)[1]) + float(sizes)
+
+
+def of_size(deviations, one_sided, power=1.0):
+    """
+    Return the mean likelihood of a size over its prior, over that of the fitted one, eq. (112a).
+
+    Where a size changes a spectrum by a power of it, the likelihood is Gaussian in that power:
+    also of sizes near nothing, of which a quadratic in the logarithm says that they are as
+    unlikely as large ones. So a size that is not seen has a fifth of what the model without has.
+    """
+    span = DECADES * power
+    if abs(deviations) > SHARPLY:
+        return np.sqrt(2 * np.pi) / span / abs(deviations) / (1 if one_sided else 2)
+    d = np.exp(span * ((np.arange(GRID) + 0.5) / GRID - HIDDEN))
+    there = np.exp(-(d - deviations) ** 2 / 2).mean()
+    return there if one_sided else (there + np.exp(-(d + deviations) ** 2 / 2).mean()) / 2
 
 
 def folds(evidence):
@@ -152,8 +177,7 @@ def try_held_out(simulator, evidence, ranked, settings, tolerance):
     halves = folds(evidence)
     gaps = []
     for train, test in (halves, halves[::-1]):
-        half = fit(simulator, train, ranked.fit.candidate, ranked.fit.levels, REFIT_STEPS,
-                   tolerance)
+        half = fit_again(simulator, train, ranked.fit, REFIT_STEPS, tolerance)
         gaps.append(measure(half.model, test, settings.band_bins))
     return replace(ranked, held_out=tuple(gaps))
 

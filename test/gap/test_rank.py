@@ -5,7 +5,7 @@ import pytest
 from ssi_ros.effects import parse_effect
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.meter import distance_of, floor_of_band, Gap
-from ssi_ros.gap.rank import closed, occam, Ranked
+from ssi_ros.gap.rank import closed, occam, of_size, Ranked
 
 
 def test_a_size_that_is_not_seen_is_less_likely_than_none():
@@ -17,6 +17,31 @@ def test_a_size_that_is_not_seen_is_less_likely_than_none():
     cost = occam(rubs, np.diag([unseen, seen])) - occam(plain, np.diag([seen]))
     # a fifth of sizes is not seen; the stiffness, no size there, has a narrower prior
     assert cost < np.log(0.3)
+
+
+def test_play_that_hardly_shows_does_not_tie_with_a_plain_hinge():
+    """A logarithm known to 1.5 is a size of 0.7 deviations: most likely chance, eq. (112)."""
+    plain = Candidate((parse_effect('hinge_compliance:stiffness_n_m_rad=1e6'),))
+    play = Candidate((parse_effect('hinge_freeplay:gap_rad=4e-8,stiffness_n_m_rad=1e6'),))
+    costs = [occam(play, np.diag([s ** 2, 0.01])) - occam(plain, np.diag([0.01]))
+             for s in (1.5, 0.125)]
+    # the best fit of noise gains half of a squared deviation; twice as likely counts as a tie
+    assert costs[0] + (1 / 1.5) ** 2 / 2 < -np.log(2)
+    # what is clearly seen pays for its range only: e to the sixth, known to an eighth
+    assert costs[1] == pytest.approx(np.log(np.sqrt(2 * np.pi) / 6 / 8), abs=0.05)
+
+
+def test_the_likelihood_of_a_size_over_its_prior():
+    """A fifth where nothing is seen, a narrow Gaussian where much is, and no step between."""
+    assert of_size(0.0, True) == pytest.approx(0.2, rel=0.08)       # as (113a) has it
+    assert of_size(0.0, False) == of_size(0.0, True)
+    # a power of 2 makes every factor of a size two of deviations: its range is as long
+    assert of_size(0.0, True, 2.0) == pytest.approx(0.2, rel=0.08)
+    # the mean of 1 / d over a Gaussian about 10 is 1 % above 1 / 10
+    for power in (1.0, 2.0):
+        assert of_size(9.99, True, power) == pytest.approx(of_size(10.01, True, power), rel=0.02)
+    assert of_size(-10.01, False) == pytest.approx(of_size(9.99, False), rel=0.02)
+    assert of_size(-3.0, True) < 1e-3 < of_size(-3.0, False)        # a wrong sign is no size
 
 
 @pytest.mark.parametrize('fitted, true_share', [(1.0, 1.0), (0.5, None)])
