@@ -187,7 +187,10 @@ def _diagnose(spacecraft, samples, settings, names, pairs, present, tell):
             if ranked[0] is not single:
                 rest = left_by(ranked[0])
         left = rest.p_value
-        ranked[0] = replace(ranked[0], made=made(ranked[0].fit), floor=rest.floor)
+        told = made(ranked[0].fit)
+        if rest.floor:
+            told = replace(told, spread=told.spread * rest.floor.wider)
+        ranked[0] = replace(ranked[0], made=told, floor=rest.floor)
         # a mode that moved looks like a line beside it: what went with the effect is not told
         shown = tuple(s for s in signs if s.effect.name in ranked[0].names) + rest.signs + rest.odd
     tell(0.9)

@@ -110,7 +110,8 @@ def made_by(simulator, fitted, tolerance, band_bins):
             break
         found = replace(found, lost=measure(again.model, first, band_bins).lost)
         off = (goal - state(again)) / unit
-        if np.all(np.abs(off) <= 1.0):
+        near = np.all(np.abs(off) <= 1.0)
+        if near and before is None:
             break
         if before is not None:
             # the same random numbers in all rounds: what changed is what the step did (Broyden)
@@ -124,6 +125,8 @@ def made_by(simulator, fitted, tolerance, band_bins):
         levels = np.maximum(found.levels + step[len(x):], LEAST * fitted.levels)
         found = Made(fitted.candidate.moved(x), levels, np.sqrt(1 + 1 / RECORDS), found.lost)
         x = np.array(found.candidate.point())
+        if near:
+            break
     return found
 
 

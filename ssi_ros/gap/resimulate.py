@@ -58,6 +58,9 @@ class Floor:
         the record shows, 1 in the mean where it does not; empty for others.
     credit : float
         Log likelihood that the candidate loses by its expected spectrum.
+    wider : ndarray, shape (p,)
+        How much more fits of a nonlinear candidate scatter than their covariance says, at
+        least 1: what its motion does by chance is no noise of an equivalent linear hinge.
 
     """
 
@@ -73,6 +76,7 @@ class Floor:
     signs: dict
     credit: float
     wander: np.ndarray
+    wider: np.ndarray
 
     def against(self, scores, strange, meter, signs, odd):
         """Return scores, p-values of the meter, and both kinds of signs, against this floor."""
@@ -127,11 +131,13 @@ def floor_by_simulation(simulator, best, made, templates, strangers, tolerance, 
     Floor
 
     """
-    z, strange, meters, halves, seen, wanders = [], [], [], [], {}, []
+    z, strange, meters, halves, seen, wanders, points = [], [], [], [], {}, [], []
     here, names = None, tuple(s.effect.name for s in signs)
+    stds = np.sqrt(np.maximum(np.diag(best.covariance), 1e-300))
     nonlinear = any(e.nonlinear for e in best.candidate.effects)
     for samples, evidence in records(simulator, made, SEED, RECORDS):
         again = fit_again(simulator, evidence, best, REFIT_STEPS, tolerance)
+        points.append(again.candidate.point())
         # all five fits are near each other: templates whitened by the first will do
         here = here or [directions(t, again, evidence, tolerance) for t in (templates, strangers)]
         z.append(score(templates, again, evidence, tolerance, here[0]).z)
@@ -157,7 +163,8 @@ def floor_by_simulation(simulator, best, made, templates, strangers, tolerance, 
     return Floor(mean, float(np.mean(deviations)),
                  max(1.0, float(np.std(deviations, ddof=1))), float(np.mean(halves)),
                  max(1.0, float(np.std(halves, ddof=1))), whitened, max(1.0, float(crowding)),
-                 scatter, _drawn(strange), seen, max(lost, 0.0), np.ravel(wanders))
+                 scatter, _drawn(strange), seen, max(lost, 0.0), np.ravel(wanders),
+                 _drawn(points / stds)[1] if nonlinear and len(stds) else np.ones(len(stds)))
 
 
 def _drawn(z):

@@ -97,4 +97,4 @@ def test_a_level_that_wanders_is_no_swing():
 
 def floor_of(wandering):
     """Return a floor by simulation of which only the wander of the level counts."""
-    return Floor(*[None] * 11, wandering)
+    return Floor(*[None] * 11, wandering, None)
