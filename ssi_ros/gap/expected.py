@@ -43,7 +43,7 @@ class Expected:
         return total
 
 
-def expected(setup, frame):
+def expected(setup, frame, lively=None):
     """
     Compute the expected periodograms of a setup.
 
@@ -57,6 +57,8 @@ def expected(setup, frame):
         Of `inject`; nonlinear hinges enter by their equivalent linear ones.
     frame : Frame
         How the record is cut.
+    lively : Lively, optional
+        What motion of the record made noise; without it that is taken from its mean, eq. (95b).
 
     Returns
     -------
@@ -64,13 +66,13 @@ def expected(setup, frame):
 
     """
     if not setup.drift:
-        return _steady(linearise(setup), frame)
+        return _steady(linearise(setup), frame, lively)
     arrays = [a.name for a in setup.spacecraft.arrays]
     pieces = []
     for piece in range(frame.pieces):
         change = setup.drift * (piece + 0.5) * frame.rows / (setup.duration_s * frame.rate_hz)
         system = scale_stiffness(setup.system, arrays, 1.0 + change)
-        pieces.append(_steady(linearise(replace(setup, system=system)), frame))
+        pieces.append(_steady(linearise(replace(setup, system=system)), frame, lively))
 
     def one(part, piece):
         return part[piece if len(part) > 1 else 0]
@@ -81,7 +83,7 @@ def expected(setup, frame):
                     np.stack([one(e.fixed, i) for i, e in enumerate(pieces)]))
 
 
-def _steady(setup, frame):
+def _steady(setup, frame, lively):
     system, rate_hz = setup.system, setup.system.rate_hz
     sampled = system.state_space.discrete(rate_hz)
     if np.abs(sampled.poles).max(initial=0.0) > 1 + ROUNDING:
@@ -91,7 +93,7 @@ def _steady(setup, frame):
     count = len(system.channels)
     names, shares = [], []
     fixed = np.zeros((1, frame.last - frame.first, count, count), complex)
-    shake = _Shake(setup, frame, count)
+    shake = _Shake(setup, frame, lively)
     powers = _powers(sampled.poles, frame.rows - 1)
     for part in system.excitation:
         inner, colour, level = part, 1.0, None
@@ -102,7 +104,7 @@ def _steady(setup, frame):
                 level = inner
             inner = inner.part
         if isinstance(inner, (Sine, Chirp)):
-            fixed = fixed + shake(_line(inner, sampled, system, frame))
+            fixed = fixed + shake(_line(inner, sampled, system, frame), inner)
             continue
         covariance = inner.covariance(rate_hz, system.inputs)
         if level is None:
@@ -110,7 +112,7 @@ def _steady(setup, frame):
                                frame)[None]
         else:
             share = _swinging(level, sampled, covariance, powers, frame)
-        share = shake(colour * share)
+        share = shake(colour * share, inner)
         if isinstance(inner, White):
             names.append(inner.name)
             shares.append(share)
@@ -118,6 +120,7 @@ def _steady(setup, frame):
             shares[names.index(inner.name)] = shares[names.index(inner.name)] + share
         else:
             fixed = fixed + share
+    fixed = fixed + shake.noise
     white = np.zeros((1, 1, count, count))
     for stage in system.chain:
         gain = stage.response(np.zeros(1), count)[0]
@@ -239,7 +242,7 @@ def _line(part, sampled, system, frame):
 class _Shake:
     """What delays and jitter of the sampling instants do to a spectrum, eq. (89)."""
 
-    def __init__(self, setup, frame, count):
+    def __init__(self, setup, frame, lively):
         turn = 2 * np.pi * setup.system.rate_hz / frame.rows
         omega = turn * np.arange(frame.first, frame.last)
         self.phase = self.loss = None
@@ -249,12 +252,17 @@ class _Shake:
         if setup.jitter_rms_s:
             self.loss = np.exp(-(omega * setup.jitter_rms_s) ** 2)[:, None, None]
             self.share = 2.0 / frame.rows
+        self.lively, self.noise = lively, 0.0
 
-    def __call__(self, spectrum):
+    def __call__(self, spectrum, part):
         if self.phase is not None:
             spectrum = spectrum * self.phase
         if self.loss is not None:
             # what leaves the spectrum by jitter comes back white, the same instants for all
             white = self.share * np.sum(((1 - self.loss) * spectrum).real, axis=-3, keepdims=True)
-            spectrum = spectrum * self.loss + white
+            spectrum = spectrum * self.loss
+            if self.lively is None:
+                return spectrum + white
+            # the record tells what became noise: no level scales it
+            self.noise = self.noise + self.lively.of(part, white)
         return spectrum

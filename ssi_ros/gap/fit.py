@@ -8,6 +8,7 @@ from ssi_ros.effects.base import is_log
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.expected import expected
 from ssi_ros.gap.likelihood import whiten
+from ssi_ros.gap.lively import liveliness
 from ssi_ros.gap.tolerance import no_tolerance
 from ssi_ros.model.excitation import source, White
 
@@ -21,6 +22,7 @@ QUIET_DB = -12.0        # below which noise and excitation together are another 
 NOISE_FAR_DB = 35.0     # effects such as rails and jitter raise the noise by up to 26 dB
 NOISE_STD = 0.7         # and of the noise of a sensor: 3 dB
 LONGEST = 1.5           # step of a logarithm
+FOLLOWED = 2            # times that noise is told anew from the motion that a fit has found
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,13 +65,26 @@ class Fit:
 class Simulator:
     """The model side of a diagnosis: spacecraft and frame; expected spectra of candidates."""
 
-    def __init__(self, spacecraft, frame, duration_s, present=()):
+    def __init__(self, spacecraft, frame, duration_s, present=(), lively=None):
         self.spacecraft, self.frame, self.duration_s = spacecraft, frame, duration_s
-        self.present = tuple(present)
+        self.present, self.lively = tuple(present), lively
 
     def on(self, frame):
         """Return the same model side in another frame."""
         return Simulator(self.spacecraft, frame, self.duration_s, self.present)
+
+    def following(self, candidate, levels, evidence):
+        """Return the model side of a candidate whose noise follows the motion of this record."""
+        if self.lively is not None:
+            return self
+        try:
+            setup = self.setup(candidate, levels)
+            if not setup.jitter_rms_s:
+                return self
+            lively = liveliness(self, setup, levels, evidence)
+        except (ValueError, np.linalg.LinAlgError, OverflowError):
+            return self
+        return Simulator(self.spacecraft, self.frame, self.duration_s, self.present, lively)
 
     def setup(self, candidate, levels=None, near=None):
         """
@@ -94,7 +109,7 @@ class Simulator:
 
     def spectrum(self, setup):
         """Return the expected periodograms of a setup."""
-        return expected(setup, self.frame)
+        return expected(setup, self.frame, self.lively)
 
 
 def fit_again(simulator, evidence, start, steps, tolerance, far=False):
@@ -138,6 +153,19 @@ def fit(simulator, evidence, candidate=Candidate(), levels=None, steps=STEPS, to
         None if the candidate cannot be computed where it begins.
 
     """
+    side = simulator.following(candidate, levels, evidence)
+    if side is simulator:
+        return _climb(simulator, evidence, candidate, levels, steps, tolerance, known, far)
+    found = _climb(side, evidence, candidate, levels, steps, tolerance)
+    for _ in range(FOLLOWED):
+        if found is not None:
+            side = simulator.following(found.candidate, found.levels, evidence)
+            found = _climb(side, evidence, found.candidate, found.levels, steps, tolerance)
+    return found
+
+
+def _climb(simulator, evidence, candidate, levels, steps, tolerance, known=None, far=True):
+    """Fit with a model side that stays as it is."""
     now, changes = known or (simulator.expected(candidate, levels), None)
     if now is None:
         return None

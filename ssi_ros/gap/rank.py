@@ -174,6 +174,7 @@ def try_held_out(simulator, evidence, ranked, settings, tolerance):
         With the gaps.
 
     """
+    simulator = simulator.following(ranked.fit.candidate, ranked.fit.levels, evidence)
     halves = folds(evidence)
     gaps = []
     for train, test in (halves, halves[::-1]):

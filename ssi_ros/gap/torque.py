@@ -199,7 +199,8 @@ def odd_signs(torque, channels):
         unit = torque.series(gain, torque.beside[:, i])[torque.inside]
         p, height, count, *_ = _pulse_likelihood(torque, unit, gain)
         if p * len(channels) < SURE:
-            found.append(Oddity(f'spikes of {channel}', float(p * len(channels)),
+            # whatever the channel: a candidate whose records have spikes may have them anywhere
+            found.append(Oddity('spikes', float(p * len(channels)),
                                 f'about {count[0]:.0f} spikes on {channel} of {height[0]:.1f} sd'))
     return tuple(found)
 
