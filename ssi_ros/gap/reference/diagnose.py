@@ -10,15 +10,18 @@ from ssi_ros.gap.diagnosis import Diagnosis, Explanation
 from ssi_ros.gap.rank import unseen
 from ssi_ros.gap.reference import signs as look
 from ssi_ros.gap.reference.amplitude import amplitude_dependence
+from ssi_ros.gap.reference.bracket import bracketed, distance, IMPOSSIBLE
 from ssi_ros.gap.reference.conclude import conclude
 from ssi_ros.gap.reference.distance import data_floor, Distance, measure
-from ssi_ros.gap.reference.extra import has_each_mode, of_line, of_sign, stiffness_drift
+from ssi_ros.gap.reference.extra import (
+    has_each_mode, of_line, of_pulses, of_sign, stiffness_drift)
 from ssi_ros.gap.reference.fit import fit, level_of
 from ssi_ros.gap.reference.forms import all_forms
 from ssi_ros.gap.reference.joint import joint, OTHER_LEVEL
 from ssi_ros.gap.reference.nominal import make_nominal, moves
-from ssi_ros.gap.reference.pair import make_pair
-from ssi_ros.gap.reference.pieces import plan, silent, spectra_of
+from ssi_ros.gap.reference.pair import dithered, make_pair
+from ssi_ros.gap.reference.period import period_of
+from ssi_ros.gap.reference.pieces import plan, silent_in_all, spectra_of
 from ssi_ros.gap.reference.rank import closed, EXACT, MODAL, SURE, try_held_out, worth
 from ssi_ros.gap.reference.screen import screen
 from ssi_ros.gap.reference.where import locate
@@ -29,6 +32,7 @@ BLAS = ThreadpoolController()   # more threads only slow these small matrices do
 TRIALS = 5              # tests for a gap: distance, scores, level, pulses, lines
 EACH = 2                # places of one effect that are fitted
 TRIED = 6               # fits that go on to held-out groups
+LEVEL_SURE = 2.0        # standard deviations of a level that must be left of its difference
 FIRST_STEPS = 4         # of a fit, before the best TRIED are chosen
 FINALISTS = 12          # forms fitted after the scores
 PADDING = 0.01          # of the power of a channel: what is below is noise, at another level
@@ -75,22 +79,26 @@ def diagnose_reference(reference, record, settings=DiagnosisSettings(), *, effec
 
 
 def _diagnose(reference, record, settings, names, pairs, tell):
-    pair = make_pair(reference, record)
+    clean = make_pair(reference, record)
+    pair = dithered(clean)
     try:
-        cut = plan(min(len(pair.reference), len(pair.record)), pair.rate_hz, len(pair.channels))
+        cut = plan(min(len(pair.reference), len(pair.record)), pair.rate_hz, len(pair.channels),
+                   period_of(pair.reference))
     except ValueError as error:
         return _too_little(str(error), pair.notes)
     one, two = spectra_of(pair.reference, cut), spectra_of(pair.record, cut)
     tell(0.05)
-    level, usual = level_of(one.mean, two.mean), one.mean
+    usual = one.mean
+    level, unsure = level_of(one.mean, two.mean, one.freedom, two.freedom)
     searched, notes = cut, pair.notes
-    if abs(level) > OTHER_LEVEL and not (quiet := silent(one, two)).all():
+    if abs(level) > OTHER_LEVEL + LEVEL_SURE * unsure and not (
+            quiet := silent_in_all(one.mean, two.mean)).all():
         one, two = (s.in_bands(~quiet).padded(PADDING) for s in (one, two))
         cut = one.cut
         notes += (f'the level differs by {10 * level / np.log(10):+.1f} dB; {quiet.sum()} of '
                   f'{len(quiet)} bands hold noise only, which does not grow with it, and were '
                   'left out',)
-    nominal = make_nominal(pair.reference, pair.channels, cut, one.mean)
+    nominal = make_nominal(pair.reference, pair.channels, cut, one.mean, one)
     base = fit(nominal, two.mean, one.freedom, two.freedom)
     tell(0.1)
     found = screen(nominal, base, one, two, all_forms(nominal, names))
@@ -113,10 +121,11 @@ def _diagnose(reference, record, settings, names, pairs, tell):
     dependence = amplitude_dependence(pair.record, cut.rate_hz, nominal.modes)
     joints, texts_joint = joint(nominal, base, one, two, pair, dependence, names)
     tell(0.4)
+    signs, joints = _one_cause_of_bursts(signs, joints)
     bonuses = {s.effect: EXACT if s.p_value <= look.NEVER else min(CLEAR, -np.log(s.p_value))
                for s in signs}
-    forms = [of_line(s, cut, pair.channels) if s.effect == 'harmonic_disturbance'
-             else of_sign(s, pair, cut, one.mean, levels) for s in signs
+    sure = level if abs(level) > LEVEL_SURE * unsure else 0.0
+    forms = [_of_sign(s, clean, cut, levels, sure, base, two) for s in signs
              if s.effect != 'stiffness_drift']
     drift = stiffness_drift(nominal) if 'stiffness_drift' in names else None
     if drift is not None:
@@ -127,6 +136,7 @@ def _diagnose(reference, record, settings, names, pairs, tell):
     before = try_held_out(nominal, one, two, base, scatter)
     gross = gap.deviations > GROSS
     if gap.deviations > FAR:
+        forms += _nearest(nominal, found.forms, one, two)
         forms += _farther(nominal, pair.record, forms)
     ranked = _try_all(nominal, one, two, [(f,) for f in forms], base, bonuses, (scatter, gross),
                       lambda share: tell(0.4 + 0.35 * share))
@@ -137,7 +147,8 @@ def _diagnose(reference, record, settings, names, pairs, tell):
                    if r.names != ranked[0].names and r.worth > before.worth]
         ranked += [r for r in _try_all(nominal, one, two, couples, base, bonuses, (scatter, gross),
                                        lambda share: tell(0.75 + 0.25 * share))
-                   if r.worth > ranked[0].worth + SURE / 2]
+                   if r.worth > ranked[0].worth + SURE / 2
+                   and r.value - r.floor < ranked[0].value - ranked[0].floor]
         ranked.sort(key=lambda r: -r.worth)
     tell(1.0)
     return conclude(nominal, ranked, before, told, where, texts + texts_joint, base, dependence)
@@ -169,6 +180,27 @@ def _signs(pair, reference, record, cut, usual, level, found, two, names):
             signs.append(look.Sign('stiffness_drift', {}, {}, p, 'the frequencies move through '
                                    f'the record ({slope:+.2g} sd of a piece)'))
     return [s for s in signs if s is not None and s.effect in names], levels
+
+
+def _one_cause_of_bursts(signs, joints):
+    """Return signs and joints without the weaker of pulses and of a joint that strikes."""
+    pulses = [-np.log(max(s.p_value, look.NEVER)) for s in signs
+              if s.effect == 'impulsive_events']
+    strikes = [j.bursts for j in joints if j.bursts > 0.0]
+    if pulses and strikes:
+        if max(strikes) > max(pulses):
+            return [s for s in signs if s.effect != 'impulsive_events'], joints
+        return signs, ()
+    return signs, joints
+
+
+def _of_sign(sign, clean, cut, levels, level, base, two):
+    """Return the form of a sign."""
+    if sign.effect == 'harmonic_disturbance':
+        return of_line(sign, cut, clean.channels)
+    if sign.effect == 'impulsive_events':
+        return of_pulses(sign, base, two.mean)
+    return of_sign(sign, clean, cut, levels, level)
 
 
 def _common_track(found):
@@ -204,6 +236,18 @@ def _finalists(found):
     return chosen
 
 
+def _nearest(nominal, forms, one, two):
+    """Return the forms of one number that leave least, with the sizes at which they do."""
+    tried = [bracketed(nominal, v, two.mean, one.freedom, two.freedom)
+             for f in forms if len(f.numbers) == 1 for v in (f, *f.variants)]
+    best = {}
+    for form, left in sorted(tried, key=lambda t: t[1]):
+        if left < IMPOSSIBLE:
+            best.setdefault(form.effect, []).append((form, left))
+    chosen = [t for some in best.values() for t in some[:EACH]]
+    return [form for form, _ in sorted(chosen, key=lambda t: t[1])[:FINALISTS]]
+
+
 def _farther(nominal, record, forms):
     """Return the forms that move modes, begun where the modes of the record are."""
     way = 2 * moves(nominal, record)
@@ -221,7 +265,13 @@ def _try_all(nominal, one, two, candidates, base, bonuses, floor, tell):
     fits = []
     for i, forms in enumerate(candidates):
         tell(0.7 * i / len(candidates))
-        start = np.append(base.x, [x for f in forms for x in f.start])
+        numbers = [x for f in forms for x in f.start]
+        start = np.append(base.x, numbers)
+        if any(f.begin is not None or not f.numbers for f in forms):
+            # noise that stood in for an effect shall not stand in its way
+            seen = _levelled(two, forms).mean
+            start = np.append([distance(nominal, forms, numbers, seen, one.freedom,
+                                        two.freedom)[1], 0.0], numbers)
         fitted = fit(nominal, _levelled(two, forms).mean, one.freedom, two.freedom, forms, start,
                      FIRST_STEPS, base.x)
         bonus = sum(bonuses.get(f.effect, 0.0) for f in forms)
@@ -242,6 +292,7 @@ def _try_all(nominal, one, two, candidates, base, bonuses, floor, tell):
 
 def _levelled(two, forms):
     for form in forms:
+        two = two if form.cleaned is None else form.cleaned
         two = two if form.levels is None else two.levelled(form.levels)
     return two
 

@@ -6,6 +6,7 @@ from ssi_ros.gap.reference.forms import at_mode, Form, modal_gain, Number
 from ssi_ros.gap.reference.pieces import spectra_of
 
 DRIFT_STEPS = 9
+MOST_TAKEN = 0.98       # of what a direction holds
 NEIGHBOURS = 15         # bands over which the distortion of a nonlinearity is smoothed
 ABOVE = 4.0             # times the reference, beyond which a band holds mostly distortion
 NONLINEAR = ('hinge_friction', 'hinge_freeplay', 'cubic_stiffness')
@@ -17,7 +18,7 @@ def has_each_mode(form, count):
         'stiffness_scale', 'damping_scale', *NONLINEAR)
 
 
-def of_sign(sign, pair, cut, mean_one, levels):
+def of_sign(sign, pair, cut, levels, level=0.0):
     """
     Return the form of a sign: the reference with the effect in its samples, without a number.
 
@@ -26,20 +27,21 @@ def of_sign(sign, pair, cut, mean_one, levels):
     sign : Sign
         What was seen.
     pair : Pair
-        The recordings.
+        The recordings, without dither.
     cut : Cut
         Bands.
-    mean_one : ndarray, shape (b, l, l)
-        Mean spectrum of the reference.
     levels : ndarray, shape (g,)
         Power of each group of the record over its mean.
+    level : float
+        Logarithm of the power of the record over that of the reference; 0 where it is not sure,
+        for rounding a little louder a motion rounds it otherwise.
 
     Returns
     -------
     Form
 
     """
-    level = np.std(pair.record) / np.std(pair.reference)
+    level = np.exp(level / 2)
     values = pair.reference * level
     if sign.effect == 'quantisation':
         step = sign.numbers['step_m_s2'][0]
@@ -51,9 +53,16 @@ def of_sign(sign, pair, cut, mean_one, levels):
         wanders = sign.effect == 'nonstationary_excitation'
         return Form(sign.effect, sign.place, (), lambda n, x: (None, None), sign.text,
                     levels=levels if wanders else None, constants=sign.numbers)
-    added = spectra_of(values / level, cut).mean - mean_one
-    return Form(sign.effect, sign.place, (), lambda n, x: (None, added), sign.text,
-                constants=sign.numbers)
+    added = spectra_of(values / level, cut).mean - spectra_of(pair.reference, cut).mean
+
+    def change(n, x):
+        # some groups may hold less than the clipping takes from the mean
+        lower = np.linalg.cholesky(n.spectrum)
+        inverse = np.linalg.inv(lower)
+        sizes, turn = np.linalg.eigh(inverse @ added @ inverse.conj().swapaxes(-1, -2))
+        back = lower @ turn * np.sqrt(np.maximum(sizes, -MOST_TAKEN) + 1)[:, None, :]
+        return None, back @ back.conj().swapaxes(-1, -2) - n.spectrum
+    return Form(sign.effect, sign.place, (), change, sign.text, constants=sign.numbers)
 
 
 def of_line(sign, cut, channels):
@@ -109,6 +118,22 @@ def distortion_of(nominal, base, seen):
     added = (vectors * np.maximum(values, 0.0)[:, None, :]) @ vectors.conj().swapaxes(-1, -2)
     share = np.einsum('bii->i', added).real / there.sum(axis=0)
     return added / np.exp(base.x[0]), share
+
+
+def of_pulses(sign, base, seen):
+    """
+    Return the form of pulses: what the record has beyond the level, smooth over three bands.
+
+    Where they strike and what rings nobody knows, so their spectrum is measured; each number of it
+    is paid for.
+    """
+    excess = seen - base.prediction.mean
+    smooth = uniform_filter1d(excess.real, 3, 0) + 1j * uniform_filter1d(excess.imag, 3, 0)
+    values, vectors = np.linalg.eigh(smooth)
+    added = (vectors * np.maximum(values, 0.0)[:, None, :]) @ vectors.conj().swapaxes(-1, -2)
+    added /= np.exp(base.x[0])
+    return Form(sign.effect, sign.place, (), lambda n, x: (None, added), sign.text,
+                constants=sign.numbers, measured=added.size / 3)
 
 
 def nonlinearity(nominal, effect, added, meaning, also):

@@ -4,15 +4,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from ssi_ros.gap.reference.distance import divergence
+from ssi_ros.gap.reference.pieces import silent
 
 STEPS = 12
 ENOUGH = 2e-2           # gain of the likelihood below which a fit has arrived
 HALVINGS = 6            # of a step that goes too far
 NODES = 6               # of the integral of a score
 BLUNT = 30.0            # nats that distances may be wrong by, as smooth predictions go
+AWAY = 1.5              # of the level from the median that tells it
+QUIETER, LOUDER = 0.9, 9.0      # of the noise of the reference: what a nuisance may change
 LEVEL_STEPS = 0.01, 0.05        # of level and noise, for a difference quotient
+MEDIAN = np.pi / 2      # variance of a median over that of a mean
 PROBE = 1e-2            # share of a way for a difference quotient
-SHARES = (0.05, 10.0)   # range of the part of a prediction that scatters
+SHARES = (0.05, 1.5)    # range of the part of a prediction that scatters
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +40,9 @@ class Prediction:
         """Return how many independent spectra it is as good as, shape (b,), eq. (150)."""
         # the share in all directions, tr S'^-1 F / l
         share = np.einsum('bii->b', np.linalg.solve(self.mean, self.scatters)).real
-        return n_one / np.clip(share / self.mean.shape[-1], *SHARES) ** 2
+        width = self.mean.shape[-1]
+        least = min(n_one, width + 1.0)         # fewer have no determinant
+        return np.maximum(n_one / np.clip(share / width, *SHARES) ** 2, least)
 
     @property
     def possible(self):
@@ -89,7 +95,8 @@ def predict(nominal, forms, x):
         numbers = x[at:at + len(form.numbers)]
         gain, added = form.change(nominal, numbers)
         if gain is not None:
-            spectrum, still = filtered(gain, spectrum), filtered(gain, still)
+            spectrum = filtered(gain, spectrum)
+            still = still if form.whole else filtered(gain, still)
         if added is not None:
             fixed = fixed + added
         at += len(form.numbers)
@@ -186,14 +193,19 @@ def fit(nominal, seen, n_one, n_two, forms=(), start=None, steps=STEPS, origin=N
 
     """
     numbers = [n for f in forms for n in f.numbers]
-    low = np.array([-12.0, -1e6] + [n.low for n in numbers])
-    high = np.array([12.0, 1e6] + [n.high for n in numbers])
+    level = level_of(nominal.spectrum, seen)[0]
     if start is None:
-        start = np.array([level_of(nominal.spectrum, seen), 0.0] + [n.start for n in numbers])
+        start = np.array([level, 0.0] + [n.start for n in numbers])
+    # noise may go, or grow within reason: as a nuisance it shall not stand in for anything
+    low = np.array([level - AWAY, -QUIETER * np.exp(level)] + [n.low for n in numbers])
+    high = np.array([level + AWAY, LOUDER * np.exp(level)] + [n.high for n in numbers])
+    start = np.clip(start, low, high)
     problem = (seen, n_one, n_two)
     here = _Place(nominal, forms, np.array(start, float), *problem)
     if not here.possible:               # of other groups: more noise taken away than there is
         here = _Place(nominal, forms, np.append(start[0], np.zeros(len(start) - 1)), *problem)
+    if not here.possible:               # nor without numbers: these forms cannot be
+        return Fitted(tuple(forms), here.x, np.eye(len(start)), -np.inf, -np.inf, here.prediction)
     score, information = here.gradient()
     for _ in range(steps):
         move = _solved(information, score)
@@ -220,7 +232,8 @@ def fit(nominal, seen, n_one, n_two, forms=(), start=None, steps=STEPS, origin=N
         # what a form adds at x = 0, as rails do, has no way along which to go
         gain = _gain(nominal, forms, base, here.x, problem) + ratios[1] - ratios[0]
         far = ratios[2] - ratios[0]
-        gain = min(gain, far + BLUNT)
+        # a way through what cannot be tells nothing
+        gain = float(np.clip(gain, far - BLUNT, far + BLUNT)) if np.isfinite(gain) else far
     return Fitted(tuple(forms), here.x, covariance, gain, far, here.prediction)
 
 
@@ -237,7 +250,8 @@ def _ratio(prediction, problem, trust):
         return -np.inf
     bands = divergence(prediction.mean, seen, n_one, n_two) * n_one * n_two / (n_one + n_two)
     # a smoother prediction is nearer to anything, by as much as it scatters less
-    share = 1 - n_one / prediction.freedom(n_one)
+    # and one that scatters more has no merit of it
+    share = np.maximum(1 - n_one / prediction.freedom(n_one), 0.0)
     smooth = seen.shape[-1] ** 2 / 2 * n_two / (n_one + n_two) * share
     return -float(np.sum(trust * (bands + smooth)))
 
@@ -254,13 +268,31 @@ def _gain(nominal, forms, base, x, problem):
     return total
 
 
-def level_of(one, two):
-    """Return the logarithm of the level of one spectrum over another: a median of the power."""
-    before, after = (np.einsum('bii->bi', s).real for s in (one, two))
+def level_of(one, two, n_one=np.inf, n_two=np.inf):
+    """
+    Return the logarithm of the level of one mean spectrum over another, and its spread.
+
+    A median over the bands that are not silent, each with one vote: where few modes hold all of
+    the power, a mean by power would be that of a few bands, and scatter as they do.
+
+    Parameters
+    ----------
+    one, two : ndarray, shape (b, l, l)
+        Mean spectra of reference and record.
+    n_one, n_two : float
+        Independent spectra behind each band of them.
+
+    Returns
+    -------
+    level, std : float
+
+    """
+    levels, votes = [], []
+    for before, after in zip(*(np.einsum('bii->ib', s).real for s in (one, two))):
+        loud = ~(silent(before) | silent(after))
+        loud = loud if loud.any() else ~silent(before)
+        levels.append(np.median(np.log(after[loud] / before[loud])))
+        votes.append(np.count_nonzero(loud))
+    std = np.sqrt((1 / n_one + 1 / n_two) * MEDIAN / np.median(votes))
     # a channel with another gain shall not decide
-    levels = []
-    for a, b in zip(before.T, after.T):
-        order = np.argsort(np.log(b / a))
-        weight = np.cumsum((a / a.sum() + b / b.sum())[order])
-        levels.append(np.log(b / a)[order][np.searchsorted(weight, 1.0)])
-    return float(np.median(levels))
+    return float(np.median(levels)), float(std)

@@ -5,8 +5,9 @@ Without geometry an effect is a filter of the channels and a spectrum added to t
 
     S' = a [G (S - N) G^H + N + A] + nu N,
 
-with N the noise floor of the channels, which no effect filters; null at x = 0. One function an
-effect yields its forms, one for each place where it can act.
+with N the noise floor of the channels; null at x = 0. A sensor's noise comes after it, so that no
+effect filters N; a recorder that works on samples filters N like all else. A variant each. One
+function an effect yields its forms, one for each place where it can act.
 """
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -14,6 +15,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ssi_ros.gap.reference.nominal import reach_hz
+from ssi_ros.gap.reference.pieces import Spectra
 
 POINTS = 17             # at which a resonance is averaged over a band
 WIDER = 1.5             # times its way, the distance from a mode at which its move still counts
@@ -64,6 +66,14 @@ class Form:
         Numbers that were read off the samples, {name: (value, unit)}.
     begin : ndarray, shape (p,), optional
         Coordinates at which a fit begins, if they are known better than the numbers' starts.
+    whole : bool
+        Whether filters act on the noise of the channels as well: on samples, not on sensors.
+    variants : tuple of Form
+        The same effect at the same place, of another make.
+    measured : float
+        How many numbers were taken from the record itself, at half a nat each.
+    cleaned : Spectra, optional
+        The record without the effect, where it can be taken out of the samples.
 
     """
 
@@ -77,6 +87,10 @@ class Form:
     levels: np.ndarray = None
     constants: dict = field(default_factory=dict)
     begin: np.ndarray = None
+    whole: bool = False
+    variants: tuple = ()
+    measured: float = 0.0
+    cleaned: Spectra = None
 
     @property
     def start(self):
@@ -126,7 +140,8 @@ def excitation_colour(nominal):
         ('sensor_bandwidth',))
     yield Form('excitation_colour', {}, tuple(
         Number(f'log_power_{k}', '1', 0.02, -20, 20) for k in (1, 2, 3)), smooth,
-        'the excitation has another colour: power as a polynomial of log f')
+        'the excitation has another colour: power as a polynomial of log f',
+        ('sensor_bandwidth',))
 
 
 def sensor_gain(nominal):
@@ -170,10 +185,22 @@ def sensor_bandwidth(nominal):
             w = _units(n) * abs(x[0])
             response = 1 / (1 - w ** 2 + 1j * np.sqrt(2) * w)
             return _diagonal(n, c, response if x[0] > 0 else 1 / response), None
-        yield Form('sensor_bandwidth', {'channel': 'all' if c is None else nominal.channels[c]}, (
+
+        def digital(n, x, c=c):
+            # the same filter on samples: its frequencies are those of the bilinear transform
+            corner = np.tan(np.pi / 2 / (1 + abs(x[0])))
+            w = np.tan(np.pi / 2 * _units(n)) / corner
+            response = 1 / (1 - w ** 2 + 1j * np.sqrt(2) * w)
+            return _diagonal(n, c, response if x[0] > 0 else 1 / response), None
+        form = Form('sensor_bandwidth', {'channel': 'all' if c is None else nominal.channels[c]}, (
             Number('corner_hz', 'Hz', 0.4, -50, 50, lambda x: half / max(abs(x), 1e-9)),), change,
             'a low-pass that one recording has and the other has not',
             ('excitation_colour',) if c is None else ())
+        number = replace(form.numbers[0], value=lambda x: half / (1 + abs(x)))
+        yield replace(form, variants=(
+            replace(form, whole=True),
+            replace(form, numbers=(number,), change=digital),
+            replace(form, numbers=(number,), change=digital, whole=True)))
 
 
 def sensor_noise(nominal):
@@ -207,14 +234,16 @@ def sensor_drift(nominal):
 
 def timestamp_jitter(nominal):
     """Yield wandering sampling instants: high frequencies fade into white noise, eq. (148)."""
-    rate, cut = nominal.cut.rate_hz, nominal.cut
+    rate = nominal.cut.rate_hz
 
     def change(n, x):
         w2 = (np.pi * _units(n)) ** 2           # (omega / rate)^2
-        noise = (w2[:, None, None] * n.spectrum).mean(axis=0) * x[0]
-        return _diagonal(n, None, np.exp(-w2 * x[0] / 2)), np.tile(noise, (cut.bands, 1, 1))
+        lost = -np.expm1(np.clip(-w2 * x[0], -20, 20))      # goes into white noise
+        noise = (lost[:, None, None] * n.spectrum).mean(axis=0)
+        return _diagonal(n, None, np.sqrt(1 - lost)), np.tile(noise, (n.cut.bands, 1, 1))
     yield Form('timestamp_jitter', {}, (
-        Number('rms_s', 's', 1e-3, -0.5, 0.5, lambda x: np.sqrt(max(x, 0.0)) / rate),), change)
+        Number('rms_s', 's', 1e-3, -0.5, 400.0, lambda x: np.sqrt(max(x, 0.0)) / rate),), change,
+        whole=True)
 
 
 def modal_gain(nominal, ratios, damping_ratios):

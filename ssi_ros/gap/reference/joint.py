@@ -18,10 +18,15 @@ DISTORTION = 1e-3       # share of the power of a channel
 
 @dataclass(frozen=True, eq=False)
 class Joint:
-    """A nonlinear joint as a candidate, with the log odds of what no mean spectrum shows."""
+    """
+    A nonlinear joint as a candidate, with the log odds of what no mean spectrum shows.
+
+    `bursts` are those of the power that follows the phase of a mode, as part of them.
+    """
 
     form: Form
     bonus: float
+    bursts: float = 0.0
 
 
 def joint(nominal, base, one, two, pair, dependence, names):
@@ -76,10 +81,11 @@ def joint(nominal, base, one, two, pair, dependence, names):
     else:
         effect, also = 'hinge_friction', ('hinge_freeplay',)
         meaning = 'frequencies fall with the amplitude: clearance that opens, or slip'
-    texts, bonus = [], 0.0
+    texts, bonus, bursts = [], 0.0, 0.0
     if distorted:
         worst = int(np.argmax(locked))
-        bonus += SURE
+        bursts = float(locked.max()) ** 2 / 2
+        bonus += bursts
         texts.append(f'{100 * share.max():.2g} % of the power of {pair.channels[share.argmax()]} '
                      'is distortion that the level does not explain; it follows the phase of the '
                      f'mode at {modes.frequencies_hz[worst]:.4g} Hz ({locked[worst]:.0f} sd)')
@@ -97,4 +103,4 @@ def joint(nominal, base, one, two, pair, dependence, names):
         return (), tuple(texts)
     also = tuple(n for n in (effect, *also) if n != chosen)
     form = nonlinearity(nominal, chosen, added if distorted else None, meaning, also)
-    return (Joint(form, bonus),), tuple(texts)
+    return (Joint(form, bonus, bursts),), tuple(texts)

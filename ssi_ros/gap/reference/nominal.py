@@ -5,6 +5,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from ssi_ros.gap.reference.pieces import Cut
+from ssi_ros.gap.reference.steady import steadiness
 from ssi_ros.identify import Identification, identify
 from ssi_ros.identify.shapes import mac
 from ssi_ros.records import Samples
@@ -83,7 +84,7 @@ class Nominal:
         return replace(self, spectrum=spectrum)
 
 
-def make_nominal(values, channels, cut, spectrum):
+def make_nominal(values, channels, cut, spectrum, spectra=None):
     """
     Identify the modes of a reference and join them with its spectrum.
 
@@ -97,6 +98,8 @@ def make_nominal(values, channels, cut, spectrum):
         Bands.
     spectrum : ndarray, shape (b, l, l)
         Its mean spectrum.
+    spectra : Spectra, optional
+        Its groups, whose scatter is trusted less where it is wider than that of Gaussian noise.
 
     Returns
     -------
@@ -107,7 +110,10 @@ def make_nominal(values, channels, cut, spectrum):
     own = 1.0 / np.einsum('bii->bi', np.linalg.inv(spectrum)).real
     floor = np.quantile(own, NOISE_QUANTILE, axis=0)
     found = identified(values, channels, cut.rate_hz)
-    return Nominal(cut, spectrum, floor, _modes(found, len(channels), cut), _trust(found, cut),
+    trust = _trust(found, cut)
+    if spectra is not None:
+        trust = np.minimum(trust, steadiness(spectra))
+    return Nominal(cut, spectrum, floor, _modes(found, len(channels), cut), trust,
                    tuple(channels))
 
 

@@ -1,5 +1,5 @@
 """Bring two recordings of one structure together: channels, rate, missing rows."""
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import numpy as np
@@ -10,6 +10,7 @@ SAME_RATE = 5e-3        # rates nearer than this are one clock's, as the stamps 
 LARGEST_TERM = 32       # of the ratio p / q of two rates
 WILD = 1e100            # no acceleration: its square would overflow
 PRESENT_MIN = 1 / 3     # share of its samples that a channel must have
+TOLERANCE = 0.01        # of the rms of a channel: noise below it is nobody's business
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,6 +84,20 @@ def make_pair(reference, record):
     one = _bridged(one, gaps[0] | np.resize(gaps[1], len(one)))
     two = _bridged(two, gaps[1] | np.resize(gaps[0], len(two)))
     return Pair(one, two, rate_hz, channels, gaps, tuple(notes + told))
+
+
+def dithered(pair, seed=0):
+    """
+    Return both recordings with the same white noise, TOLERANCE of the lower rms of each channel.
+
+    What lies deeper below the motion changes from hour to hour on any hardware, and is no gap. As
+    noise in the samples it scatters as noise does, so that no floor has to know of it.
+    """
+    rng = np.random.default_rng(seed)
+    both = pair.reference, pair.record
+    size = TOLERANCE * np.min([v.std(axis=0) for v in both], axis=0)
+    noisy = [v + size * rng.standard_normal(v.shape) for v in both]
+    return replace(pair, reference=noisy[0], record=noisy[1])
 
 
 def _columns(samples, names):

@@ -6,6 +6,7 @@ import numpy as np
 from scipy.signal.windows import tukey
 
 SEGMENT_S = 60.0        # longest segment
+FEW_ROWS = 4096         # but never less than so many: a recorder's rate goes with its structure
 SEGMENT_ROWS = 16384    # of a segment at most: resolution beyond it costs time and tells little
 SEGMENTS = 8            # that the shorter recording is cut into at least, without overlap
 GROUPS = 24             # groups of neighbouring segments at most
@@ -13,6 +14,8 @@ BAND_BINS = 4           # bins of a band at least
 BANDS = 1500            # at most
 TAPER_SHARE = 0.4       # of a segment, on which the taper rises and falls
 SILENT = 1e-3           # of the power of a channel
+ROUND_OFF = 1e-10       # of the power of a channel in a band, and
+LEAST_POWER = 1e-14     # of its mean power: what is below is arithmetic, not motion
 HIGH_SHARE = 0.98       # of half of the rate
 
 
@@ -31,6 +34,8 @@ class Cut:
         First bin, bins of a band.
     chosen : tuple of int
         Numbers of the bands that count, from 0.
+    together : int
+        Segments that make one period of a recording that repeats itself: they stay together.
 
     """
 
@@ -39,6 +44,7 @@ class Cut:
     first: int
     band_bins: int
     chosen: tuple
+    together: int = 1
 
     @property
     def bands(self):
@@ -127,7 +133,7 @@ class Spectra:
         return len(self.groups)
 
 
-def plan(rows, rate_hz, channels):
+def plan(rows, rate_hz, channels, period=None):
     """
     Choose the segments and bands that suit two recordings.
 
@@ -139,6 +145,8 @@ def plan(rows, rate_hz, channels):
         Rate [Hz].
     channels : int
         Channels l.
+    period : int, optional
+        Rows after which the reference repeats itself: whole periods have no scatter.
 
     Returns
     -------
@@ -150,7 +158,13 @@ def plan(rows, rate_hz, channels):
         If it is too short, with the length needed.
 
     """
-    size = int(min(rows / SEGMENTS, SEGMENT_S * rate_hz, SEGMENT_ROWS)) // 2 * 2
+    longest = min(max(SEGMENT_S * rate_hz, FEW_ROWS), SEGMENT_ROWS)
+    together = 1
+    if period is not None and rows >= period:
+        together = int(np.ceil(max(period / longest, SEGMENTS / (rows // period))))
+        longest = period / together
+        rows = rows // period * period
+    size = int(min(rows / SEGMENTS, longest)) // 2 * 2
     first = 2                           # below it the taper sees the offset
     usable = int(HIGH_SHARE * size / 2) - first
     segments = rows // max(size, 1)
@@ -163,7 +177,7 @@ def plan(rows, rate_hz, channels):
         need = SEGMENTS * 2 * (8 * bins + 4) / rate_hz
         raise ValueError(f'the shorter recording has {rows / rate_hz:g} s; about {need:.3g} s '
                          f'are needed to compare {channels} channels at {rate_hz:g} Hz')
-    return Cut(rate_hz, size, first, bins, tuple(range(usable // bins)))
+    return Cut(rate_hz, size, first, bins, tuple(range(usable // bins)), together)
 
 
 def spectra_of(values, cut):
@@ -173,8 +187,9 @@ def spectra_of(values, cut):
     The segments share no sample and are gathered in at most GROUPS groups of neighbours, whose
     scatter tells how sure their mean is, whatever the excitation.
     """
-    count = len(values) // cut.rows
-    parts = np.array_split(np.arange(count), min(GROUPS, count))
+    periods = len(values) // (cut.rows * cut.together)
+    parts = [np.arange(p[0] * cut.together, (p[-1] + 1) * cut.together)
+             for p in np.array_split(np.arange(periods), min(GROUPS, periods))]
     width = values.shape[1]
     groups = np.zeros((len(parts), cut.bands, width, width), complex)
     chosen = np.array(cut.chosen)
@@ -186,22 +201,28 @@ def spectra_of(values, cut):
             y = y.reshape(-1, cut.band_bins, width)[chosen]
             group += y.swapaxes(1, 2) @ y.conj()
         group /= len(part) * cut.band_bins / 2
+    # channels that are copies of each other, or still in a band, shall have a determinant
+    power = np.einsum('gbii->gbi', groups).real
+    least = ROUND_OFF * power + LEAST_POWER * power.mean(axis=1, keepdims=True)
+    groups += least[..., None] * np.eye(width)
     weights = np.array([len(p) for p in parts], float)
     middles = np.array([p.mean() + 0.5 for p in parts]) * cut.rows / cut.rate_hz
     return Spectra(cut, groups, weights, middles)
 
 
-def silent(one, two):
+def silent(power):
     """
-    Return the bands that hold next to nothing in both recordings, shape (b,), eq. (144).
+    Return the weakest bands that together have less than SILENT of a power, shape (b,), (144).
 
-    They are the weakest bands that together have less than SILENT of the power, in every channel.
     What is in them is noise, which does not grow with the level.
     """
-    quiet = np.ones(one.cut.bands, bool)
-    for mean in (one.mean, two.mean):
-        for power in np.einsum('bii->ib', mean).real:
-            order = np.argsort(power)
-            below = np.cumsum(power[order]) < SILENT * power.sum()
-            quiet[order[~below]] = False
+    order = np.argsort(power)
+    quiet = np.zeros(len(power), bool)
+    quiet[order] = np.cumsum(power[order]) < SILENT * power.sum()
     return quiet
+
+
+def silent_in_all(*means):
+    """Return the bands that are silent in every channel of some mean spectra, shape (b,)."""
+    powers = [p for m in means for p in np.einsum('bii->ib', m).real]
+    return np.all([silent(p) for p in powers], axis=0)

@@ -12,7 +12,7 @@ REFIT_STEPS = 3
 DECADES = 6.0           # nats that the logarithm of an unknown size may lie in
 LEAST_SIZE = 0.1        # of a number, in units of where its fit starts
 SURE = 30.0             # log odds of a statistic that cannot be chance
-EXACT = 300.0           # and of a sign that is read off the samples themselves
+EXACT = 1e6             # and of what is read off the samples themselves: no fit outweighs it
 MODAL = 0.1             # share of the gap that a modal form may leave
 LINEARISED = 0.5        # and the equivalent linear form of a joint that its signs tell
 UNKNOWN = 12.0          # log odds that the unknown pays: it fits anything
@@ -58,9 +58,10 @@ class Ranked:
         """
         Share of the gap that a right candidate may leave: the error of its modal form.
 
-        An equivalent linear form of a joint is Gaussian and the joint is not; its signs name it.
+        An equivalent linear form of a joint is Gaussian and the joint is not, nor are pulses, that
+        ring where they will; their signs name them.
         """
-        by_signs = self.bonus > 0.0 and set(self.names) & set(NONLINEAR)
+        by_signs = self.bonus > 0.0 and set(self.names) & {*NONLINEAR, 'impulsive_events'}
         return LINEARISED if by_signs else MODAL
 
     @property
@@ -71,7 +72,8 @@ class Ranked:
 
 def worth(fitted, bonus, gross):
     """Return the log odds of a fit with the signs that speak for it; `gross` as in Ranked."""
-    return (fitted.far if gross else fitted.likelihood) + bonus + occam(fitted)
+    measured = sum(f.measured for f in fitted.forms) / 2
+    return (fitted.far if gross else fitted.likelihood) + bonus + occam(fitted) - measured
 
 
 def occam(fitted):

@@ -6,8 +6,10 @@ from scipy.stats import norm, t as student
 
 from ssi_ros.gap.reference.distance import mixed_halves
 from ssi_ros.gap.reference.fit import LEVEL_STEPS, predict, whitened, whitener
+from ssi_ros.gap.reference.steady import WANDERS
 
 SPLITS = 1000
+SURE = 2.0              # standard deviations between the halves of a reference that are chance
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,6 +96,7 @@ def screen(nominal, base, one, two, forms, seed=0):
     seen = np.sqrt(_variance(scores[:, :split], weights[:split])
                    + _variance(scores[:, split:], weights[split:]))
     spread = np.maximum(seen, theory)
+    spread = np.sqrt(spread ** 2 + _wandering(scores[:, :split], weights[:split], n_one))
     # the scatter of a template of few bands is known from few groups only: Student's tail
     power = np.square(templates).reshape(len(templates), one.cut.bands, -1).sum(axis=2)
     freedom = (len(weights) - 2) / np.maximum(np.square(power).sum(axis=1), 1e-12)
@@ -113,7 +116,8 @@ def screen(nominal, base, one, two, forms, seed=0):
                       for k in range(len(forms))])
     own = scores[:, split:] - _mean(scores[:, :split], weights[:split])[:, None]
     tracks = own * np.sqrt(weights[split:] * two.cut.freedom(1.0))
-    return Screen(tuple(forms), owner, z, gains, _tail(np.abs(z).max(), largest), tracks)
+    p_value = _tail(np.abs(z).max(), largest, _independent(templates[usable]))
+    return Screen(tuple(forms), owner, z, gains, p_value, tracks)
 
 
 def _row(nominal, forms, x, predicted, j, step, lower):
@@ -141,10 +145,31 @@ def _gain(rows, z):
     return float(np.sum(along ** 2) / 2 - kept.sum())
 
 
-def _tail(found, largest):
+def _wandering(scores, weights, freedom):
+    """
+    Return the variance that a reference which wanders adds, from the way between its halves.
+
+    Between two recordings a random walk goes twice as far as between two halves of one.
+    """
+    middle = len(weights) // 2
+    if middle < 2:
+        return 0.0
+    parts = (scores[:, :middle], weights[:middle]), (scores[:, middle:], weights[middle:])
+    way = _mean(*parts[1]) - _mean(*parts[0])
+    chance = np.maximum(sum(_variance(*p) for p in parts), 4 / freedom)
+    return WANDERS * np.maximum(way ** 2 - SURE ** 2 * chance, 0.0)
+
+
+def _independent(templates):
+    """Return how many independent tests the scores of some templates are at least."""
+    values = np.linalg.eigvalsh(templates @ templates.T)
+    return float(values.sum() ** 2 / np.sum(values ** 2))
+
+
+def _tail(found, largest, least):
     """Return the chance of a score; beyond what the halves can tell, by the number of tests."""
     share = np.mean(largest >= found)
     if share > 20 / SPLITS:
         return float(share)
-    tests = np.log(0.5) / np.log1p(-2 * norm.sf(np.median(largest)))
+    tests = max(np.log(0.5) / np.log1p(-2 * norm.sf(np.median(largest))), least)
     return float(-np.expm1(tests * np.log1p(-2 * norm.sf(found))))

@@ -9,6 +9,9 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d, uniform_filter1d
 from scipy.stats import binomtest, f as fisher, gamma, t as student
 
+from ssi_ros.gap.reference.pair import TOLERANCE
+
+PILED = 5e-3            # share of rounded values that a rail must show
 RAIL_HITS = 5           # times that a channel must show exactly its extreme
 WINDOWS = 60            # in which the level is followed
 PREDICTED = 24          # past samples of which one is predicted
@@ -78,6 +81,11 @@ def rail_of(column):
     size = np.abs(column[np.isfinite(column)])
     top = size.max()
     hits = np.count_nonzero(size >= top * (1 - 1e-9))
+    if step := step_of(column):
+        # values that are rounded repeat themselves: a rail turns a tail that falls into one that
+        # rises at its end
+        near = np.count_nonzero(size > top - 1.5 * step) - hits
+        return float(top) if hits > near and hits > PILED * len(size) else 0.0
     near = np.count_nonzero(size > 0.99 * top) - hits
     return float(top) if hits >= RAIL_HITS and hits > 2 * near + 3 else 0.0
 
@@ -138,9 +146,13 @@ def pulses(left_one, left_two, rate_hz):
     """Compare the fourth moments of what the past does not predict, (161)."""
     before, after = _peaked(left_one), _peaked(left_two)
     z = (after[0] - before[0]) / np.hypot(after[1], before[1])
-    p = float(student.sf(z, 20))
     sizes = np.sqrt((left_two ** 2).mean(axis=1))
-    count = int(np.count_nonzero(sizes > _threshold(left_one)))
+    beyond = np.flatnonzero(sizes > _threshold(left_one))
+    count = len(beyond)
+    # few events are few degrees of freedom for a moment; but where nothing parts the recordings
+    # each of the largest is in either by its length
+    events = np.count_nonzero(np.diff(beyond, prepend=-PREDICTED - 1) > PREDICTED)
+    p = min(float(student.sf(z, 20)), (len(left_two) / (len(left_one) + len(left_two))) ** events)
     if p > 1e-3 or count < 3:
         return None
     return Sign('impulsive_events', {}, {
@@ -208,12 +220,14 @@ def line(one, two, cut, usual, level):
     rough = (high[at] * (2 * reach + 1) < FEW).any(axis=1)
     # there two recordings of one narrow mode differ as two exponential variables do
     chance[rough] = 1 / (1 + excess[rough])
+    # of a sine of amplitude A under this taper the density is A^2 T / 3
+    share = power[usable] * 1.5 * cut.rate_hz / len(two) / two.var(axis=0)
+    chance[share.max(axis=1) < TOLERANCE ** 2] = 1.0
     chance *= len(excess)
     best = int(np.argmin(chance))
     if not chance[best] < 1e-3:
         return None
     frequency = float(f_two[usable][best])
-    # of a sine of amplitude A under this taper the density is A^2 T / 3
     vector = seen[usable][best] * np.sqrt(3 * cut.rate_hz / len(two))
     return Sign('harmonic_disturbance', {'shape': tuple(vector)}, {
         'frequency_hz': (frequency, 'Hz'),

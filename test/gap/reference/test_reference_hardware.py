@@ -1,0 +1,121 @@
+"""What measured records bring: periods, copies, bursts, close channels, deep noise."""
+import numpy as np
+import pytest
+from reference_records import chain, RATE_HZ
+from ssi_ros.gap.reference import diagnose_reference
+from ssi_ros.gap.reference.bracket import bracketed
+from ssi_ros.gap.reference.fit import level_of
+from ssi_ros.gap.reference.forms import all_forms
+from ssi_ros.gap.reference.nominal import make_nominal
+from ssi_ros.gap.reference.pair import dithered, make_pair
+from ssi_ros.gap.reference.period import period_of
+from ssi_ros.gap.reference.pieces import plan, spectra_of
+from ssi_ros.gap.reference.signs import rail_of
+from ssi_ros.gap.reference.steady import steadiness
+from ssi_ros.records import Samples
+
+
+def changed(samples, values):
+    return Samples(values, samples.rate_hz, samples.channels)
+
+
+def test_a_signal_played_over_and_over_has_its_period_and_a_resonance_has_none():
+    """Noise of 1000 rows repeated; three modes of 1 % forget themselves for good."""
+    once = np.random.default_rng(1).standard_normal((1000, 2))
+    noise = 0.1 * np.random.default_rng(2).standard_normal((6000, 2))
+    assert period_of(np.tile(once, (6, 1)) + noise) == 1000
+    assert period_of(chain(3).values) is None
+
+
+def test_whole_periods_stay_together():
+    """Every group of segments holds whole periods, so none differs by where it begins."""
+    cut = plan(4400, 50.0, 2, 1000)
+    assert cut.rows * cut.together == 1000
+    values = np.tile(np.random.default_rng(1).standard_normal((1000, 2)), (5, 1))[:4400]
+    groups = spectra_of(values, cut).groups
+    assert len(groups) == 4
+    # 1e-9: copies of one period differ by round-off only
+    assert np.allclose(groups, groups[0], rtol=1e-9)
+
+
+def test_bursts_are_trusted_less_and_steady_noise_is_not():
+    """White noise, and the same with a level that goes up and down by 3 between groups."""
+    rng = np.random.default_rng(4)
+    steady = rng.standard_normal((24_000, 2))
+    level = np.repeat([1.0, 3.0], 1000)
+    bursts = steady * np.resize(level, len(steady))[:, None]
+    cut = plan(8000, 50.0, 2)
+    trust = [steadiness(spectra_of(v, cut)).mean() for v in (steady, bursts)]
+    assert trust[0] > 0.95
+    assert trust[1] < 0.8
+
+
+def test_the_level_is_not_that_of_the_loudest_mode():
+    """Another record of one structure: within 4 of the spread that it is told with."""
+    one, two = chain(5), chain(6)
+    cut = plan(len(one.values), RATE_HZ, 3)
+    first, second = (spectra_of(s.values, cut) for s in (one, two))
+    level, std = level_of(first.mean, second.mean, first.freedom, second.freedom)
+    assert std < 0.1
+    assert abs(level) < 4 * std
+
+
+def test_channels_that_follow_each_other_closely_lead_to_their_gain():
+    """Two channels of one motion, 0.1 % noise: the slope at null tells no size, the grid does."""
+    one, two = chain(7, channels=2), chain(8, channels=2)
+    rng = np.random.default_rng(9)
+
+    def twins(samples, gain):
+        motion = samples.values[:, :1]
+        both = motion * [1.0, gain]
+        return both + 1e-3 * motion.std() * rng.standard_normal(both.shape)
+    first, second = twins(one, 1.0), twins(two, 1.3)
+    cut = plan(len(first), RATE_HZ, 2)
+    before, after = spectra_of(first, cut), spectra_of(second, cut)
+    nominal = make_nominal(first, ('a', 'b'), cut, before.mean, before)
+    form = [f for f in all_forms(nominal, ('sensor_gain',)) if f.place['channel'] == 'b'][0]
+    found, _ = bracketed(nominal, form, after.mean, before.freedom, after.freedom)
+    assert found.begin[0] == pytest.approx(0.3, abs=0.02)       # the refinement is to 1 %
+
+
+def test_a_clipped_record_with_a_copied_channel_is_told_and_does_not_fail():
+    """A copy has no determinant, and clipping takes more than some groups hold."""
+    one, two = chain(10, 60.0, channels=2), chain(11, 60.0, channels=2)
+    copied = [np.column_stack([s.values, s.values[:, 0]]) for s in (one, two)]
+    limit = copied[1].std()
+    found = diagnose_reference(*(Samples(v, RATE_HZ, ('a', 'b', 'c')) for v in (
+        copied[0], np.clip(copied[1], -limit, limit))))
+    assert 'saturation' in found.verdict['effects']
+
+
+def test_rounded_values_have_no_rail():
+    """A signal that repeats itself shows its extreme in every period."""
+    once = np.random.default_rng(12).standard_normal(1000)
+    values = np.rint(np.tile(once, 10) / 0.3) * 0.3
+    assert rail_of(values) == 0.0
+    assert rail_of(np.clip(values, -1.5, 1.5)) == pytest.approx(1.5)
+
+
+def test_noise_far_below_the_motion_is_no_gap():
+    """0.2 % of the rms in the record alone, where the reference has none."""
+    one, two = chain(13), chain(14)
+    rng = np.random.default_rng(15)
+    quiet = [changed(s, s.values * 100) for s in (one, two)]
+    loud = changed(two, quiet[1].values + 2e-3 * quiet[1].values.std() * rng.standard_normal(
+        two.values.shape))
+    assert diagnose_reference(quiet[0], loud).outcome == 'WITHIN_FLOOR'
+    pair = dithered(make_pair(quiet[0], loud))
+    assert np.array_equal(pair.reference, dithered(make_pair(quiet[0], loud)).reference)
+
+
+def test_knocks_are_named():
+    """Ten knocks that ring at frequencies of their own, twice as high as the motion."""
+    one, two = chain(16), chain(17)
+    rng = np.random.default_rng(18)
+    t = np.arange(400) / RATE_HZ
+    values = two.values.copy()
+    for row in rng.integers(0, len(values) - 400, 10):
+        ring = 5.0 * values.std() * np.exp(-1.5 * t) * np.cos(2 * np.pi * 7.3 * t)
+        values[row:row + 400] += ring[:, None] * [1.0, 0.5, -0.7]
+    found = diagnose_reference(one, changed(two, values))
+    assert 'impulsive_events' in found.verdict['class']
