@@ -3,7 +3,7 @@ What wanders slowly on one channel, below the band that the structure is looked 
 
 Noise of a time constant of ten seconds has all its power below 0.02 Hz, where pieces of a minute
 see nothing. There the whole record is one piece, and every channel is held against what the
-others say of it.
+others say of it and against more white noise.
 """
 from dataclasses import replace
 
@@ -70,7 +70,10 @@ def slow_signs(simulator, fitted, samples, settings, names):
         powers = np.geomspace(0.1 * least, 1e6 * least, SIZES)
         extra = powers[:, None, None] * shape * own[:, i]       # size, time, bin
         ratio = np.abs(seen[:, i]) ** 2 / own[:, i]
-        gains = (ratio * extra / (1 + extra) - np.log1p(extra)).sum(axis=2) / frame.crowding
+        gains = _gain(extra, ratio, frame)
+        # more noise of all frequencies is not slow noise
+        gains -= _gain(powers[:, None] / powers[0] * 0.1 / np.max(own[:, i]) * own[:, i],
+                       ratio, frame).max(initial=0.0)
         if best is None or gains.max() > best[0].max():
             best = gains, powers, channel
     gains, powers, channel = best
@@ -85,6 +88,11 @@ def slow_signs(simulator, fitted, samples, settings, names):
     return (Symptom(replace(effect, channel=channel), p,
                     f'{channel} wanders by {rms:.2g} m/s^2 over {time:.2g} s',
                     {'rms_m_s2': rms * rms_std, 'time_constant_s': time * time_std}),)
+
+
+def _gain(extra, ratio, frame):
+    """Return the log likelihood of noise over that of what is seen, bins last."""
+    return (ratio * extra / (1 + extra) - np.log1p(extra)).sum(axis=-1) / frame.crowding
 
 
 def _away_from_unsettled(system, frame):
