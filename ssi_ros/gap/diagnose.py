@@ -148,7 +148,8 @@ def _diagnose(spacecraft, samples, settings, names, pairs, present, tell):
         return no_gap('model', gap, where, texts(signs + odd), *small)
     search = Search(simulator, evidence, settings, nominal, tolerance, names,
                     lambda share: tell(0.4 + 0.3 * share))
-    ranked = search.singles(scores, signs)
+    ranked = _relieved(search.singles(scores, signs), signs, lambda found: slow_signs(
+        simulator, found, part, settings, ('sensor_drift',)), len(names))
 
     @cache
     def made(fitted):
@@ -218,6 +219,25 @@ def _left(scores, signs, odd, of_meter, far, floor=None):
     return _Left(scores, signs, odd, _together(p_value, of_meter, signs + odd),
                  _together(p_value, of_meter, tuple(s for s in signs if not s.look) + odd),
                  far, floor)
+
+
+def _relieved(ranked, signs, slow, effects):
+    """
+    Credit candidates with slow noise that is none once they are in the model, as nutation is.
+
+    Its bins are below the band, so that no likelihood has counted them.
+    """
+    before = next((s.p_value for s in signs if s.effect.name == 'sensor_drift'), None)
+    if before is None:
+        return ranked
+    found = []
+    for r in ranked:
+        if 'sensor_drift' not in r.names:
+            after = next((s.p_value for s in slow(r.fit)), 1.0)
+            r = replace(r, bonus=r.bonus + float(np.log(
+                max(after, before, 1e-300) / max(before, 1e-300))))
+        found.append(r)
+    return sorted(found, key=lambda r: -worth(r, effects))
 
 
 def _credited(ranked, left_by, made, nominal, effects):
