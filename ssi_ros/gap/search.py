@@ -173,20 +173,31 @@ def promising(scores, count):
 
 
 def elsewhere(scores, likely):
-    """Return other good starts of effects near the best one: a mass may sit in many basins."""
+    """
+    Return other good starts of effects near the best one: a mass may sit in many basins.
+
+    Of a number with many starts each value is tried, if its effect is among the best: a template
+    in the wrong basin says little.
+    """
     gains = scores.gains()
-    best = gains.max()
-    found = {}
+    best, found, tops = gains.max(), {}, {}
     for i in np.argsort(-gains):
         effect = scores.effects[i]
-        if gains[i] < best - max(BEHIND, best / 2) or gains[i] < PROMISING:
+        if gains[i] < PROMISING:
             break
+        top = tops.setdefault(effect.name, gains[i])
+        near = gains[i] >= best - max(BEHIND, best / 2)
         first = next((e for e in likely if e.name == effect.name), None)
         rest = found.setdefault(effect.name, [])
-        if first is None or len(rest) == OTHERS:
+        if first is None or len(rest) == OTHERS or not (near or top >= best - BEHIND):
             continue
         others = [f.name for f in quantities(effect) if f.name != effect.size]
-        if any(getattr(effect, n) != getattr(first, n) for n in others):
+        many = [n for n in others if len(effect.starts.get(n, ())) > 2]
+        others = many or others
+        known = [first, *rest] if many else [first]
+        here = all(getattr(effect, f.name) == getattr(first, f.name) for f in effect.words())
+        if (near or many and here) and all(any(getattr(effect, n) != getattr(k, n) for n in others)
+                                  for k in known):
             rest.append(at_size(effect, scores.size[i]))
     return [e for rest in found.values() for e in rest]
 
