@@ -186,20 +186,23 @@ def elsewhere(scores, likely):
         if gains[i] < PROMISING:
             break
         top = tops.setdefault(effect.name, gains[i])
-        near = gains[i] >= best - max(BEHIND, best / 2)
         first = next((e for e in likely if e.name == effect.name), None)
         rest = found.setdefault(effect.name, [])
-        if first is None or len(rest) == OTHERS or not (near or top >= best - BEHIND):
+        if first is None or len(rest) == OTHERS:
             continue
         others = [f.name for f in quantities(effect) if f.name != effect.size]
         many = [n for n in others if len(effect.starts.get(n, ())) > 2]
-        others = many or others
-        known = [first, *rest] if many else [first]
-        here = all(getattr(effect, f.name) == getattr(first, f.name) for f in effect.words())
-        if (near or many and here) and all(any(getattr(effect, n) != getattr(k, n) for n in others)
-                                  for k in known):
+        near = gains[i] >= best - max(BEHIND, best / 2)
+        basin = many and top >= best - BEHIND and _same(
+            effect, first, [f.name for f in effect.words()])
+        if (near or basin) and not any(
+                _same(effect, k, many or others) for k in ([first, *rest] if many else [first])):
             rest.append(at_size(effect, scores.size[i]))
     return [e for rest in found.values() for e in rest]
+
+
+def _same(one, other, names):
+    return all(getattr(one, n) == getattr(other, n) for n in names)
 
 
 def relatives(effect, names):
