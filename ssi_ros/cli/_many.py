@@ -107,7 +107,7 @@ def diagnose_one(job, name, bag, answers):
 
 
 def _diagnosis(job, bag):
-    from ssi_ros.cli.diagnose import read_samples
+    from ssi_ros.cli._samples import read_samples
     nominal, present, settings = _prepare(job)
     options = {'effects': list(job.effects) or None, 'pairs': job.pairs}
     if job.reference:
@@ -124,7 +124,7 @@ def _diagnosis(job, bag):
 def _prepare(job):
     """Return nominal (a model or the reference's samples), its effects, and settings."""
     from ssi_ros.bag import parse_channel
-    from ssi_ros.cli.diagnose import read_samples
+    from ssi_ros.cli._samples import read_samples
     from ssi_ros.effects import effect_class, load_configuration
     from ssi_ros.gap.settings import load_settings
     settings = load_settings(job.settings or None)

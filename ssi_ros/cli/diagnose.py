@@ -46,6 +46,7 @@ def run(args):
     import json
 
     from ssi_ros.cli._options import Progress
+    from ssi_ros.cli._samples import read_samples
     from ssi_ros.effects import load_configuration, save_configuration
     from ssi_ros.gap.diagnose import diagnose
     from ssi_ros.gap.settings import load_settings
@@ -89,6 +90,7 @@ def run_against_reference(args):
 
     from ssi_ros.bag import parse_channel
     from ssi_ros.cli._options import Progress
+    from ssi_ros.cli._samples import read_samples
     from ssi_ros.gap.reference import diagnose_reference
     from ssi_ros.gap.settings import load_settings
 
@@ -120,30 +122,6 @@ def write_pages(found, args, view=None):
         if path:
             path.write_text(make(found, view, **words), encoding='utf-8')
             print(f'wrote {path}')
-
-
-def read_samples(path, rate_hz, channels=None):
-    """
-    Read the accelerometers of a bag, or other channels, onto one even grid; missing is NaN.
-
-    A rate of 0 is estimated from the stamps.
-
-    Raises
-    ------
-    ValueError
-        Without samples, or if the clock jumps: the longest part cannot stand for all of it.
-
-    """
-    from dataclasses import replace
-
-    from ssi_ros.bag import read_channels
-    from ssi_ros.report.samples import samples_of
-
-    try:
-        samples = samples_of(read_channels(path, channels), rate_hz)
-    except ValueError as error:
-        raise ValueError(f'{path}: {error}') from error
-    return replace(samples, channels=tuple(n.rsplit('/', 1)[-1] for n in samples.channels))
 
 
 def text(found):

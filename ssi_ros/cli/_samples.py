@@ -1,0 +1,25 @@
+"""The samples that a diagnosis is made of, out of a bag."""
+
+
+def read_samples(path, rate_hz, channels=None):
+    """
+    Read the accelerometers of a bag, or other channels, onto one even grid; missing is NaN.
+
+    A rate of 0 is estimated from the stamps.
+
+    Raises
+    ------
+    ValueError
+        Without samples, or if the clock jumps: the longest part cannot stand for all of it.
+
+    """
+    from dataclasses import replace
+
+    from ssi_ros.bag import read_channels
+    from ssi_ros.report.samples import samples_of
+
+    try:
+        samples = samples_of(read_channels(path, channels), rate_hz)
+    except ValueError as error:
+        raise ValueError(f'{path}: {error}') from error
+    return replace(samples, channels=tuple(n.rsplit('/', 1)[-1] for n in samples.channels))
