@@ -12,6 +12,7 @@ from ssi_ros.gap.reference import signs as look
 from ssi_ros.gap.reference.amplitude import amplitude_dependence
 from ssi_ros.gap.reference.bracket import bracketed, distance, IMPOSSIBLE
 from ssi_ros.gap.reference.conclude import conclude
+from ssi_ros.gap.reference.coupled import mixed_modes
 from ssi_ros.gap.reference.distance import data_floor, Distance, measure
 from ssi_ros.gap.reference.extra import (
     has_each_mode, of_line, of_pulses, of_sign, stiffness_drift)
@@ -255,6 +256,8 @@ def _farther(nominal, record, forms):
         return []
     found = [replace(f, begin=[np.median(way[way != 0.0])]) for f in forms
              if f.effect == 'stiffness_scale' and len(f.numbers) == 1]
+    mixed = mixed_modes(nominal, record)
+    found += [mixed] if mixed is not None else []
     return found + [replace(f, begin=np.append(way, [n.start for n in f.numbers[len(way):]]))
                     for f in forms if has_each_mode(f, len(way)) and f.effect != 'damping_scale']
 

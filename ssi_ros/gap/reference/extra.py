@@ -15,7 +15,7 @@ NONLINEAR = ('hinge_friction', 'hinge_freeplay', 'cubic_stiffness')
 def has_each_mode(form, count):
     """Return whether a form has numbers of its own for each of `count` modes."""
     return count > 1 and len(form.numbers) in (count, 2 * count) and form.effect in (
-        'stiffness_scale', 'damping_scale', *NONLINEAR)
+        'stiffness_scale', 'damping_scale', *NONLINEAR) and form.place.get('modes') != 'mixed'
 
 
 def of_sign(sign, pair, cut, levels, level=0.0):

@@ -148,8 +148,7 @@ def moves(nominal, values):
 
     """
     modes = nominal.modes
-    there = _modes(identified(values, nominal.channels, nominal.cut.rate_hz),
-                   len(nominal.channels), nominal.cut)
+    there = modes_of(nominal, values)
     found = np.zeros(len(modes))
     if not len(modes) or not len(there):
         return found
@@ -159,6 +158,12 @@ def moves(nominal, values):
         if away[i, j] < 1.0:
             found[i] = ratios[i, j]
     return found
+
+
+def modes_of(nominal, values):
+    """Return the modes of another recording, chosen as those of the reference were."""
+    return _modes(identified(values, nominal.channels, nominal.cut.rate_hz),
+                  len(nominal.channels), nominal.cut)
 
 
 def _trust(found, cut):
