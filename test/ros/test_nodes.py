@@ -112,11 +112,12 @@ def test_faulty_samples_are_survived(bench):
     assert any(abs(m.frequency_hz / 7.0 - 1.0) < 0.02 for m in last.modes), last.reason
     broken = [w for w in windows if w.start_ns < stamps[300] <= w.end_ns]
     assert broken and all(w.reason for w in broken if not w.modes)
+    # health comes once a second: the newest may be older than the newest window
     bench.wait(lambda: (s := status_of(health, 'channel a')) is not None
-               and {v.key: v.value for v in s.values}['duplicates'] == '1')
+               and int({v.key: v.value for v in s.values}['missing']) >= 200)
     values = {v.key: v.value for v in status_of(health, 'channel a').values}
     assert values['not_finite'] == '1' and values['out_of_order'] == '1'
-    assert int(values['missing']) >= 200
+    assert values['duplicates'] == '1'
     assert bench.processes.running['identifier'].poll() is None
 
 
@@ -165,7 +166,10 @@ def test_zero_stamps_take_the_time_of_receipt(bench):
     for _ in range(300):
         sender.send(np.ones((1, 2)), np.zeros(1, dtype=np.int64))
         time.sleep(0.01)
-    bench.wait(said(health, 'channel a', 'stamped by the time of receipt'))
+    # at any time: a pause of the machine would make the newest say that the rate is uneven
+    bench.wait(lambda: any(s.name == 'identifier: channel a'
+                           and 'stamped by the time of receipt' in s.message
+                           for m in health for s in m.status))
 
 
 def test_clock_jump_begins_a_window(bench):
