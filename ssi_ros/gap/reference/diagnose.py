@@ -295,7 +295,6 @@ def _try_all(nominal, one, two, candidates, base, bonuses, floor, tell):
 
 def _levelled(two, forms):
     for form in forms:
-        two = two if form.cleaned is None else form.cleaned
         two = two if form.levels is None else two.levelled(form.levels)
     return two
 

@@ -15,7 +15,6 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ssi_ros.gap.reference.nominal import reach_hz
-from ssi_ros.gap.reference.pieces import Spectra
 
 POINTS = 17             # at which a resonance is averaged over a band
 WIDER = 1.5             # times its way, the distance from a mode at which its move still counts
@@ -72,8 +71,6 @@ class Form:
         The same effect at the same place, of another make.
     measured : float
         How many numbers were taken from the record itself, at half a nat each.
-    cleaned : Spectra, optional
-        The record without the effect, where it can be taken out of the samples.
 
     """
 
@@ -90,7 +87,6 @@ class Form:
     whole: bool = False
     variants: tuple = ()
     measured: float = 0.0
-    cleaned: Spectra = None
 
     @property
     def start(self):
