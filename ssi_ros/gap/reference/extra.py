@@ -113,11 +113,16 @@ def distortion_of(nominal, base, seen):
     ratio = uniform_filter1d(there, NEIGHBOURS, axis=0) / uniform_filter1d(usual, NEIGHBOURS, 0)
     mostly = np.median(ratio, axis=1) > ABOVE
     excess = np.where(mostly[:, None, None], seen - base.prediction.mean, 0.0)
-    smooth = uniform_filter1d(excess.real, 3, 0) + 1j * uniform_filter1d(excess.imag, 3, 0)
-    values, vectors = np.linalg.eigh(smooth)
-    added = (vectors * np.maximum(values, 0.0)[:, None, :]) @ vectors.conj().swapaxes(-1, -2)
+    added = _positive(excess)
     share = np.einsum('bii->i', added).real / there.sum(axis=0)
     return added / np.exp(base.x[0]), share
+
+
+def _positive(excess):
+    """Return what of an excess, smooth over three bands, is a spectrum, (b, l, l)."""
+    smooth = uniform_filter1d(excess.real, 3, 0) + 1j * uniform_filter1d(excess.imag, 3, 0)
+    values, vectors = np.linalg.eigh(smooth)
+    return (vectors * np.maximum(values, 0.0)[:, None, :]) @ vectors.conj().swapaxes(-1, -2)
 
 
 def of_pulses(sign, base, seen):
@@ -127,11 +132,7 @@ def of_pulses(sign, base, seen):
     Where they strike and what rings nobody knows, so their spectrum is measured; each number of it
     is paid for.
     """
-    excess = seen - base.prediction.mean
-    smooth = uniform_filter1d(excess.real, 3, 0) + 1j * uniform_filter1d(excess.imag, 3, 0)
-    values, vectors = np.linalg.eigh(smooth)
-    added = (vectors * np.maximum(values, 0.0)[:, None, :]) @ vectors.conj().swapaxes(-1, -2)
-    added /= np.exp(base.x[0])
+    added = _positive(seen - base.prediction.mean) / np.exp(base.x[0])
     return Form(sign.effect, sign.place, (), lambda n, x: (None, added), sign.text,
                 constants=sign.numbers, measured=added.size / 3)
 
