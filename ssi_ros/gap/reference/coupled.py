@@ -8,11 +8,10 @@ alone has that form: the shapes turn.
 from functools import lru_cache
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from ssi_ros.gap.reference.forms import (
     at_mode, Form, GEOMETRIC, modal_gain, Number, POINTS)
-from ssi_ros.gap.reference.nominal import FARTHEST, modes_of, reach_hz
+from ssi_ros.gap.reference.nominal import found_again, reach_hz
 
 APART = 0.1             # logarithm of the ratio of two frequencies that may mix
 ALIKE = 5.0             # condition of their shapes, beyond which channels do not part them
@@ -40,7 +39,7 @@ def real_shapes(modes):
     return shapes / np.linalg.norm(shapes, axis=0)
 
 
-def mixed_modes(nominal, values):
+def mixed_modes(nominal, there):
     """
     Return the form of modes that moved and mixed, begun where the modes of a recording are.
 
@@ -48,8 +47,8 @@ def mixed_modes(nominal, values):
     ----------
     nominal : Nominal
         The reference.
-    values : ndarray, shape (n, l)
-        The other recording.
+    there : Modes
+        Of the other recording.
 
     Returns
     -------
@@ -59,10 +58,9 @@ def mixed_modes(nominal, values):
     """
     modes, count = nominal.modes, len(nominal.modes)
     pairs = close_pairs(modes)
-    there = modes_of(nominal, values)
     if not pairs or not len(there):
         return None
-    begin = _found_again(modes, pairs, there)
+    begin = _begin(modes, pairs, there)
     if not begin.any():
         return None
 
@@ -88,7 +86,7 @@ def mixed_modes(nominal, values):
                 'modes moved, not all alike, and close ones mixed', GEOMETRIC, begin=begin)
 
 
-def _found_again(modes, pairs, there):
+def _begin(modes, pairs, there):
     """Return logarithms of stiffness of every mode and ties of every pair, (m + 3 pairs,)."""
     count, shapes = len(modes), real_shapes(modes)
     seen = real_shapes(there)
@@ -96,17 +94,15 @@ def _found_again(modes, pairs, there):
     for pair in pairs:              # a mixture of two is as good as either
         basis = np.linalg.qr(shapes[:, list(pair)])[0]
         alike[list(pair)] = np.sum((basis.T @ seen) ** 2, axis=0)
-    ratios = np.log(there.frequencies_hz[None] / modes.frequencies_hz[:, None])
-    away = 1 - alike + np.abs(ratios) / FARTHEST
-    again = {i: j for i, j in zip(*linear_sum_assignment(away)) if away[i, j] < 1.0}
+    again = found_again(modes, there, alike)
     found = np.zeros(count + 3 * len(pairs))
-    for i, j in again.items():
-        found[i] = 2 * ratios[i, j]
+    for i, (_, ratio) in again.items():
+        found[i] = 2 * ratio
     for k, pair in enumerate(pairs):
         pair = list(pair)
         if not all(i in again for i in pair):
             continue
-        which = [again[i] for i in pair]
+        which = [again[i][0] for i in pair]
         turn = np.linalg.lstsq(shapes[:, pair], seen[:, which], rcond=None)[0]
         left, _, right = np.linalg.svd(turn)
         turn = left @ right

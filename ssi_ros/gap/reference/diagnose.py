@@ -19,7 +19,7 @@ from ssi_ros.gap.reference.extra import (
 from ssi_ros.gap.reference.fit import fit, level_of
 from ssi_ros.gap.reference.forms import all_forms
 from ssi_ros.gap.reference.joint import joint, OTHER_LEVEL
-from ssi_ros.gap.reference.nominal import make_nominal, moves
+from ssi_ros.gap.reference.nominal import make_nominal, modes_of, moves
 from ssi_ros.gap.reference.pair import dithered, make_pair
 from ssi_ros.gap.reference.period import period_of
 from ssi_ros.gap.reference.pieces import plan, silent_in_all, spectra_of
@@ -251,12 +251,13 @@ def _nearest(nominal, forms, one, two):
 
 def _farther(nominal, record, forms):
     """Return the forms that move modes, begun where the modes of the record are."""
-    way = 2 * moves(nominal, record)
+    there = modes_of(nominal, record)
+    way = 2 * moves(nominal.modes, there)
     if not way.any():
         return []
     found = [replace(f, begin=[np.median(way[way != 0.0])]) for f in forms
              if f.effect == 'stiffness_scale' and len(f.numbers) == 1]
-    mixed = mixed_modes(nominal, record)
+    mixed = mixed_modes(nominal, there)
     found += [mixed] if mixed is not None else []
     return found + [replace(f, begin=np.append(way, [n.start for n in f.numbers[len(way):]]))
                     for f in forms if has_each_mode(f, len(way)) and f.effect != 'damping_scale']

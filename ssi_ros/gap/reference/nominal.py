@@ -128,18 +128,14 @@ def identified(values, channels, rate_hz):
     return tuple(sorted(window.modes, key=lambda m: m.frequency_hz))
 
 
-def moves(nominal, values):
+def moves(modes, there):
     """
     Return how far each mode of the reference has moved in another recording.
 
-    Modes belong together by their shapes first: a mode that moved past another keeps its shape.
-
     Parameters
     ----------
-    nominal : Nominal
-        The reference.
-    values : ndarray, shape (n, l)
-        The other recording.
+    modes, there : Modes
+        Of the reference, and of the other recording.
 
     Returns
     -------
@@ -147,17 +143,24 @@ def moves(nominal, values):
         Logarithm of the ratio of the frequencies; 0 for a mode that is not found again.
 
     """
-    modes = nominal.modes
-    there = modes_of(nominal, values)
     found = np.zeros(len(modes))
-    if not len(modes) or not len(there):
-        return found
-    ratios = np.log(there.frequencies_hz[None] / modes.frequencies_hz[:, None])
-    away = 1 - mac(modes.shapes.T, there.shapes.T) + np.abs(ratios) / FARTHEST
-    for i, j in zip(*linear_sum_assignment(away)):
-        if away[i, j] < 1.0:
-            found[i] = ratios[i, j]
+    if len(modes) and len(there):
+        alike = mac(modes.shapes.T, there.shapes.T)
+        for i, (_, ratio) in found_again(modes, there, alike).items():
+            found[i] = ratio
     return found
+
+
+def found_again(modes, there, alike):
+    """
+    Return which mode of another recording each mode is, and the logarithm of the frequency ratio.
+
+    Modes belong together by their shapes first, `alike` of shape (m, k) from 0 to 1: a mode that
+    moved past another keeps its shape.
+    """
+    ratios = np.log(there.frequencies_hz[None] / modes.frequencies_hz[:, None])
+    away = 1 - alike + np.abs(ratios) / FARTHEST
+    return {i: (j, ratios[i, j]) for i, j in zip(*linear_sum_assignment(away)) if away[i, j] < 1.0}
 
 
 def modes_of(nominal, values):

@@ -5,7 +5,7 @@ from scipy.signal import cont2discrete, lfilter
 from ssi_ros.gap.reference.coupled import close_pairs, mixed_modes
 from ssi_ros.gap.reference.fit import fit
 from ssi_ros.gap.reference.forms import stiffness_scale
-from ssi_ros.gap.reference.nominal import make_nominal
+from ssi_ros.gap.reference.nominal import make_nominal, modes_of
 from ssi_ros.gap.reference.pieces import plan, spectra_of
 from ssi_ros.records import Samples
 
@@ -30,18 +30,19 @@ def twins(seed, second=1.0, seconds=800.0):
 
 @pytest.fixture(scope='module')
 def pair():
-    """Return the nominal of twins, both spectra, and the record in which the second is softer."""
+    """Return the nominal of twins, both spectra, and the modes where the second is softer."""
     one, two = twins(1), twins(2, SOFTER)
     cut = plan(len(one.values), RATE_HZ, 2)
     first, second = spectra_of(one.values, cut), spectra_of(two.values, cut)
-    return make_nominal(one.values, one.channels, cut, first.mean), first, second, two.values
+    nominal = make_nominal(one.values, one.channels, cut, first.mean)
+    return nominal, first, second, modes_of(nominal, two.values)
 
 
 def test_close_modes_are_a_pair_and_nothing_changes_at_null(pair):
     """Both modes of the twins pair up; all numbers null are no filter."""
-    nominal, _, _, values = pair
+    nominal, _, _, there = pair
     assert close_pairs(nominal.modes) == [(0, 1)]
-    form = mixed_modes(nominal, values)
+    form = mixed_modes(nominal, there)
     gain, added = form.change(nominal, np.zeros(len(form.numbers)))
     assert added is None
     np.testing.assert_allclose(gain, np.broadcast_to(np.eye(2), gain.shape), atol=1e-6)
@@ -49,11 +50,11 @@ def test_close_modes_are_a_pair_and_nothing_changes_at_null(pair):
 
 def test_a_softer_twin_is_two_modes_mixed_and_not_two_modes_moved(pair):
     """The mixed form tells the softening and gains more than modes moved each on its own."""
-    nominal, one, two, values = pair
+    nominal, one, two, there = pair
     problem = two.mean, one.freedom, two.freedom
     base = fit(nominal, *problem)
     each = [f for f in stiffness_scale(nominal) if len(f.numbers) > 1][0]
-    mixed = mixed_modes(nominal, values)
+    mixed = mixed_modes(nominal, there)
     moved, turned = (fit(nominal, *problem, (f,), np.append(base.x, f.start), origin=base.x)
                      for f in (each, mixed))
     assert turned.likelihood > moved.likelihood + 40
