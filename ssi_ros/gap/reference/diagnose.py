@@ -22,6 +22,8 @@ from ssi_ros.gap.reference.joint import joint, OTHER_LEVEL
 from ssi_ros.gap.reference.nominal import make_nominal, modes_of, moves
 from ssi_ros.gap.reference.pair import dithered, make_pair
 from ssi_ros.gap.reference.period import period_of
+from ssi_ros.gap.reference.periodic import (
+    both_repeat, enough, in_phase, of_clock, of_sweep, of_swing, periodic_signs)
 from ssi_ros.gap.reference.pieces import plan, silent_in_all, spectra_of
 from ssi_ros.gap.reference.rank import closed, EXACT, MODAL, SURE, try_held_out, worth
 from ssi_ros.gap.reference.screen import screen
@@ -81,10 +83,13 @@ def diagnose_reference(reference, record, settings=DiagnosisSettings(), *, effec
 
 def _diagnose(reference, record, settings, names, pairs, tell):
     clean = make_pair(reference, record)
+    period = period_of(dithered(clean).reference)
+    clean = in_phase(clean, both_repeat(clean, period))
+    repeats = both_repeat(clean, period)
     pair = dithered(clean)
     try:
         cut = plan(min(len(pair.reference), len(pair.record)), pair.rate_hz, len(pair.channels),
-                   period_of(pair.reference))
+                   period)
     except ValueError as error:
         return _too_little(str(error), pair.notes)
     one, two = spectra_of(pair.reference, cut), spectra_of(pair.record, cut)
@@ -106,6 +111,7 @@ def _diagnose(reference, record, settings, names, pairs, tell):
     tell(0.25)
     gap, scatter = _gap(nominal, base, one, two)
     signs, levels = _signs(pair, reference, record, searched, usual, level, found, two, names)
+    signs = _by_period(signs, repeats, float(np.exp(level)), names)
     tests = [found.p_value, norm.sf(gap.deviations)] + [s.p_value for s in signs]
     p_value = float(min(1.0, TRIALS * min(tests)))
     told = {'before': gap.value, 'floor': gap.floor, 'floor_std': gap.floor_std,
@@ -126,7 +132,7 @@ def _diagnose(reference, record, settings, names, pairs, tell):
     bonuses = {s.effect: EXACT if s.p_value <= look.NEVER else min(CLEAR, -np.log(s.p_value))
                for s in signs}
     sure = level if abs(level) > LEVEL_SURE * unsure else 0.0
-    forms = [_of_sign(s, clean, cut, levels, sure, base, two) for s in signs
+    forms = [_of_sign(s, clean, repeats, cut, levels, sure, base, two) for s in signs
              if s.effect != 'stiffness_drift']
     drift = stiffness_drift(nominal) if 'stiffness_drift' in names else None
     if drift is not None:
@@ -195,8 +201,24 @@ def _one_cause_of_bursts(signs, joints):
     return signs, joints
 
 
-def _of_sign(sign, clean, cut, levels, level, base, two):
+def _by_period(signs, repeats, level, names):
+    """Return all signs; what periods tell of an effect stands for what the samples tell of it."""
+    periodic = periodic_signs(repeats, level, names)
+    told = {s.effect for s in periodic}
+    if enough(repeats):
+        # a signal whose level differs in every window swings in itself
+        told.add('nonstationary_excitation')
+    return [s for s in signs if s.effect not in told] + periodic
+
+
+def _of_sign(sign, clean, repeats, cut, levels, level, base, two):
     """Return the form of a sign."""
+    if sign.effect == 'clock_rate':
+        return of_clock(sign, clean, cut)
+    if sign.effect == 'wheel_speed_sweep':
+        return of_sweep(sign, repeats, cut)
+    if 'sizes' in sign.place:
+        return of_swing(sign, two)
     if sign.effect == 'harmonic_disturbance':
         return of_line(sign, cut, clean.channels)
     if sign.effect == 'impulsive_events':

@@ -53,7 +53,12 @@ def of_sign(sign, pair, cut, levels, level=0.0):
         wanders = sign.effect == 'nonstationary_excitation'
         return Form(sign.effect, sign.place, (), lambda n, x: (None, None), sign.text,
                     levels=levels if wanders else None, constants=sign.numbers)
-    added = spectra_of(values / level, cut).mean - spectra_of(pair.reference, cut).mean
+    return replacing(sign, pair, values / level, cut)
+
+
+def replacing(sign, pair, values, cut):
+    """Return the form of a sign as the reference with other values, shape (m, l)."""
+    added = spectra_of(values, cut).mean - spectra_of(pair.reference, cut).mean
 
     def change(n, x):
         # some groups may hold less than the clipping takes from the mean
@@ -113,12 +118,12 @@ def distortion_of(nominal, base, seen):
     ratio = uniform_filter1d(there, NEIGHBOURS, axis=0) / uniform_filter1d(usual, NEIGHBOURS, 0)
     mostly = np.median(ratio, axis=1) > ABOVE
     excess = np.where(mostly[:, None, None], seen - base.prediction.mean, 0.0)
-    added = _positive(excess)
+    added = positive(excess)
     share = np.einsum('bii->i', added).real / there.sum(axis=0)
     return added / np.exp(base.x[0]), share
 
 
-def _positive(excess):
+def positive(excess):
     """Return what of an excess, smooth over three bands, is a spectrum, (b, l, l)."""
     smooth = uniform_filter1d(excess.real, 3, 0) + 1j * uniform_filter1d(excess.imag, 3, 0)
     values, vectors = np.linalg.eigh(smooth)
@@ -132,7 +137,7 @@ def of_pulses(sign, base, seen):
     Where they strike and what rings nobody knows, so their spectrum is measured; each number of it
     is paid for.
     """
-    added = _positive(seen - base.prediction.mean) / np.exp(base.x[0])
+    added = positive(seen - base.prediction.mean) / np.exp(base.x[0])
     return Form(sign.effect, sign.place, (), lambda n, x: (None, added), sign.text,
                 constants=sign.numbers, measured=added.size / 3)
 

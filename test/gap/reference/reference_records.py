@@ -54,3 +54,38 @@ def slipping(seed, level, seconds=200.0):
         out[i] = a1, a2
     values = out[500:] + 1e-3 * rng.standard_normal((rows, 2))
     return Samples(values, RATE_HZ, ('base', 'tip'))
+
+
+PERIOD = 1000           # rows of the signal of `shaken`
+
+
+def shaken(seed, periods=6.0, begin=0.0, ppm=0.0, scale=(1.0, 1.0), added=None, level=None):
+    """
+    Return the three modes under a multisine that repeats itself after 20 s, with 0.3 % of noise.
+
+    The recording begins `begin` rows into the signal; `scale` is that of all stiffness in the
+    first and in the last period; `added` and `level` are functions of the time [s], of what is
+    put on all channels in shares of their rms and of what they are multiplied with.
+    """
+    lines = np.arange(10, 240)
+    phases = np.random.default_rng(0).uniform(0, 2 * np.pi, len(lines))
+    rows = int(periods * PERIOD)
+    instants = begin + np.arange(rows) * (1 + 1e-6 * ppm)
+    count = int(np.ceil(periods))
+    values = np.empty((rows, 3))
+    f = lines * RATE_HZ / PERIOD
+    for k in range(count):
+        here = slice(k * PERIOD, (k + 1) * PERIOD)
+        at = scale[0] + (scale[1] - scale[0]) * k / max(count - 1, 1)
+        waves = np.exp(1j * (2 * np.pi * np.outer(instants[here], lines) / PERIOD + phases))
+        modal = [f ** 2 / (f0 ** 2 * at - f ** 2 + 2j * xi * f0 * np.sqrt(at) * f)
+                 for f0, xi in MODES]
+        values[here] = (waves @ (np.array(modal).T @ SHAPES.T)).real
+    rms = values.std(axis=0)
+    t = np.arange(rows) / RATE_HZ
+    if level is not None:
+        values = values * level(t)[:, None]
+    if added is not None:
+        values = values + added(t)[:, None] * rms
+    noise = np.random.default_rng(seed).standard_normal(values.shape)
+    return Samples(values + 3e-3 * rms * noise, RATE_HZ, ('a', 'b', 'c'))

@@ -1,0 +1,231 @@
+"""
+A recording that repeats itself, as what repeats and what does not, eq. (170) to (172).
+
+Under a shaker that plays one signal over and over, a structure that stays as it is and hears
+nothing else gives the same period again and again. Its length is that of the signal by the clock
+of the recorder; what differs between periods came from elsewhere.
+"""
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.signal.windows import kaiser
+
+LEAST_PERIODS = 2       # that tell their length
+ENOUGH_PERIODS = 3      # below it what differs between them has no spectrum of its own
+CLOCKS = 0.05           # share by which the periods of two recordings of one signal may differ
+SAME_SIGNAL = 0.8       # correlation of two mean periods of one signal
+FINER = 3               # corrections of a delay of less than a row
+REPEATS = 0.5           # share of the power that must repeat
+ROW = 1.0               # that a period may be wrong by before it is refined
+CLEAR = 100.0           # times what does not repeat, above which a line has a phase
+ARRIVED, MOST_STEPS = 0.1, 60   # rows of a correction that is none, and corrections
+FEW = 0.95              # quantile of the lines where none is so clear
+INDEPENDENT = 10        # lines at most
+TAPS, SHARPNESS = 32, 8.0       # on each side of an instant between samples, and their taper
+CHUNK = 100_000         # instants at a time
+
+
+@dataclass(frozen=True, eq=False)
+class Repeats:
+    """
+    The whole periods of a recording, sampled anew so that each has the same rows.
+
+    Attributes
+    ----------
+    periods : ndarray, shape (p, n, l)
+        Values by period, row of the period and channel, without offset.
+    period_rows, period_std : float
+        Length of a period in rows of the recording, and its spread.
+    rate_hz : float
+        Of the rows of `periods`, by the clock of the recording [Hz].
+    recorded : float
+        Periods in the recording, whole or not.
+
+    """
+
+    periods: np.ndarray
+    period_rows: float
+    period_std: float
+    rate_hz: float
+    recorded: float
+
+    @property
+    def seconds(self):
+        """Length of all whole periods [s]."""
+        return self.periods.shape[0] * self.periods.shape[1] / self.rate_hz
+
+    @property
+    def mean(self):
+        """Return what repeats: the mean period, shape (n, l)."""
+        return self.periods.mean(axis=0)
+
+    @property
+    def rest(self):
+        """Return what does not, shape (p n, l), scaled for what the mean took of its power."""
+        count = len(self.periods)
+        rest = (self.periods - self.mean) * np.sqrt(count / (count - 1))
+        return rest.reshape(-1, rest.shape[2])
+
+    @property
+    def share(self):
+        """Return the share of the power of all channels, each scaled to 1, that repeats."""
+        total = np.square(self.periods).mean(axis=(0, 1))
+        return 1.0 - float(np.mean(np.square(self.rest).mean(axis=0) / total))
+
+
+def at_instants(values, rows):
+    """
+    Return values between samples, by a tapered sinc.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n, l)
+        Samples; beyond their ends is nothing.
+    rows : ndarray, shape (m,)
+        Instants, in rows.
+
+    Returns
+    -------
+    ndarray, shape (m, l)
+
+    """
+    near = np.arange(1 - TAPS, TAPS + 1)
+    taper = kaiser(16 * 2 * TAPS + 1, SHARPNESS)
+    padded = np.pad(values, ((TAPS, TAPS + 1), (0, 0)))
+    found = np.empty((len(rows), values.shape[1]))
+    for first in range(0, len(rows), CHUNK):
+        some = rows[first:first + CHUNK]
+        whole = np.clip(np.floor(some).astype(int), 0, len(values) - 1)
+        away = near - (some - whole)[:, None]
+        weight = np.sinc(away) * np.interp(away, np.linspace(-TAPS, TAPS, len(taper)), taper)
+        parts = padded[whole[:, None] + near + TAPS]
+        found[first:first + CHUNK] = np.einsum('mk,mkl->ml', weight, parts)
+    return found
+
+
+def repeats_of(values, rate_hz, guess):
+    """
+    Split a recording into its periods.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n, l)
+        The recording, without gaps.
+    rate_hz : float
+        Its rate [Hz].
+    guess : float
+        Rows of a period, of the same signal by a clock that may be wrong by CLOCKS.
+
+    Returns
+    -------
+    Repeats or None
+        None where it has fewer than LEAST_PERIODS whole periods, or they differ.
+
+    """
+    values = values - values.mean(axis=0)
+    period = _nearest_repeat(values, guess)
+    rows = int(round(guess))
+    lag, last, std, steps = 1, _count(values, period) - 1, 0.0, 0
+    if last + 1 < LEAST_PERIODS:
+        return None
+    while lag:
+        late, std = _lateness(_cut(values, period, rows)[:last + 1], lag)
+        period += late / lag
+        std /= lag
+        last = min(last, _count(values, period) - 1)
+        if abs(late) < ARRIVED:
+            lag = min(2 * lag, last) if lag < last else 0
+        steps += 1
+        if steps == MOST_STEPS:
+            return None
+    if last + 1 < LEAST_PERIODS:
+        return None
+    split = Repeats(_cut(values, period, rows), period, std, rate_hz * rows / period,
+                    len(values) / period)
+    return split if split.share > REPEATS else None
+
+
+def delay_between(one, two):
+    """
+    Return by how many rows a record is late after a reference, and how alike both are.
+
+    Parameters
+    ----------
+    one, two : Repeats
+        Reference and record, of the same rows a period.
+
+    Returns
+    -------
+    delay : float
+        From 0 to the rows of a period.
+    alike : float
+        Correlation of both mean periods: 1 where one signal drives one structure.
+
+    """
+    first, second = (np.fft.rfft(r.mean / r.mean.std(axis=0), axis=0) for r in (one, two))
+    cross = (first.conj() * second).mean(axis=1)
+    rows = one.mean.shape[0]
+    delay = float(np.argmax(np.fft.irfft(cross, rows)))
+    w = 2 * np.pi * np.fft.rfftfreq(rows)
+    # the peak lies between rows: the phases that are left rise with frequency
+    for _ in range(FINER):
+        left = cross * np.exp(1j * w * delay)
+        delay -= np.sum(w * left.imag) / np.sum(np.square(w) * np.abs(left))
+    alike = np.fft.irfft(cross * np.exp(1j * w * delay), rows)[0] / rows
+    return float(delay) % rows, float(alike)
+
+
+def turned(one, delay):
+    """Return the mean period of a recording, late by so many rows, shape (n, l)."""
+    rows = len(one.mean)
+    turn = np.exp(-2j * np.pi * np.fft.rfftfreq(rows) * delay)[:, None]
+    return np.fft.irfft(np.fft.rfft(one.mean, axis=0) * turn, rows, axis=0)
+
+
+def _nearest_repeat(values, guess):
+    """Return the lag near a guess at which a recording is most like itself."""
+    unit = values / values.std(axis=0)
+    size = 1 << int(np.ceil(np.log2(2 * len(values))))
+    power = np.square(np.abs(np.fft.rfft(unit, size, axis=0))).mean(axis=1)
+    lags = np.arange(int(guess * (1 - CLOCKS)), min(int(guess * (1 + CLOCKS)) + 2, len(values)))
+    if not len(lags):
+        return guess
+    alike = np.fft.irfft(power)[lags] / (len(values) - lags)
+    return float(lags[np.argmax(alike)])
+
+
+def _count(values, period):
+    """Return how many periods a recording holds; the last may lack a part of a row."""
+    return int((len(values) + ROW) // period)
+
+
+def _cut(values, period, rows):
+    """Return whole periods, each sampled anew in as many rows, shape (p, rows, l)."""
+    step = period / rows
+    count = _count(values, period)
+    instants = np.arange(count * rows) * step
+    return at_instants(values, instants).reshape(count, rows, -1)
+
+
+def _lateness(periods, lag):
+    """
+    Return by how many rows a period is late after so many others, with its spread, (171).
+
+    A delay turns the phase of every line by its frequency; a structure that changes turns those
+    near its modes. The median over the lines, with the weight of their frequency, is the delay of
+    most of them.
+    """
+    y = np.fft.rfft(periods, axis=1)[:, 1:]
+    turned = np.einsum('pfl,pfl->fl', y[:-lag].conj(), y[lag:]) / (len(y) - lag)
+    noise = np.square(np.abs(y - y.mean(axis=0))).sum(axis=0) / (len(y) - 1)
+    w = np.tile(2 * np.pi * np.arange(1, len(turned) + 1)[:, None] / periods.shape[1],
+                y.shape[2])
+    clear = np.abs(turned) > CLEAR * noise
+    if not clear.any():
+        clear = np.abs(turned) >= np.quantile(np.abs(turned), FEW)
+    late, weight = -np.angle(turned[clear]) / w[clear], w[clear]
+    order = np.argsort(late)
+    share = np.cumsum(weight[order]) / weight.sum()
+    low, middle, high = late[order][np.searchsorted(share, (0.25, 0.5, 0.75))]
+    # lines near each other turn alike: few are independent
+    return float(middle), float((high - low) / np.sqrt(min(len(late), INDEPENDENT)))

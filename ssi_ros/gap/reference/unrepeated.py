@@ -1,0 +1,221 @@
+"""
+Lines and sweeps in what does not repeat of a recording, each compared with the reference.
+
+Between the lines of a periodic excitation is only noise, so a line or a sweep of another source
+stands out there however weak it is beside the excitation, eq. (173) and (174).
+"""
+import numpy as np
+from scipy.ndimage import maximum_filter1d
+from scipy.stats import f as fisher, gamma
+
+from ssi_ros.gap.reference.pair import TOLERANCE
+from ssi_ros.gap.reference.signs import NEVER, Sign
+
+SEEN = 1e-3             # p-value below which a sign is told
+AROUND = 10             # bins around a line that it is compared with
+OWN_BINS = 3            # of a line itself, on each side
+TREND_PERIODS = 6       # that have something left beside a mean and a trend
+STEEP = 8.0             # times the bins beside it, that a line is above
+BANDS = (8.0, 80.0)     # times the rows, the squared rows of a window: sweeps wide and narrow
+LEAST_WINDOWS = 8
+LOUDEST = 8.0           # times its median: a knock counts no more
+LEAST_WAY = 4           # bins that a sweep passes: below it is a line
+STRONGER = 2.0          # times the best of the reference, in standard deviations
+
+
+def _fine(repeats):
+    """
+    Return the spectrum of what does not repeat, shape (f, l), density of power [unit^2 / Hz].
+
+    Without a taper: over whole periods what repeats is in the bins of its lines and in no others.
+    What grows evenly from period to period, as in a structure that warms up, is taken out as well.
+    """
+    periods = repeats.periods
+    count, rows, width = periods.shape
+    along = np.arange(count) - (count - 1) / 2
+    terms = 2 if count >= TREND_PERIODS else 1
+    basis = np.stack([np.ones(count), along])[:terms]
+    basis /= np.linalg.norm(basis, axis=1, keepdims=True)
+    flat = periods.reshape(count, -1)
+    rest = (flat - basis.T @ (basis @ flat)) * np.sqrt(count / (count - terms))
+    return np.fft.rfft(rest.reshape(-1, width), axis=0) * np.sqrt(
+        2 / (count * rows * repeats.rate_hz))
+
+
+def _over_flanks(power, between):
+    """Return the power of each bin over the mean of those around it, shape (f, l)."""
+    flank = np.ones(2 * AROUND + 1)
+    flank[AROUND - OWN_BINS:AROUND + OWN_BINS + 1] = 0.0
+
+    def summed(values):
+        return np.apply_along_axis(np.convolve, 0, values, flank, 'same')
+    mean = summed(power * between) / np.maximum(summed(between), 1.0)
+    return power / np.maximum(mean, 1e-300)
+
+
+def _stands_out(power):
+    """
+    Return whether a bin is far above those next to its own on either side, shape (f,).
+
+    The skirt of a line of the excitation, or of a mode, rises towards it.
+    """
+    top = np.zeros_like(power)
+    for away in range(2, OWN_BINS + 2):
+        for side in (-away, away):
+            top = np.maximum(top, np.roll(power, side, axis=0))
+    return (power > STEEP * top).any(axis=1)
+
+
+def _skirts(repeats, size):
+    """
+    Return what a slow change of level or structure puts around every line, up to a factor.
+
+    Whatever the change, it surrounds the lines of the excitation and falls off from them.
+    """
+    count = len(repeats.periods)
+    power = np.square(np.abs(np.fft.rfft(repeats.mean, axis=0)))
+    comb = np.zeros((size, power.shape[1]))
+    comb[::count] = power[:len(comb[::count])]
+    away = np.arange(-2 * count, 2 * count + 1)
+    found = np.apply_along_axis(np.convolve, 0, comb, 1.0 / (1.0 + away ** 2.0), 'same')
+    return found + 1e-12 * found.max(axis=0)
+
+
+def line(one, two, level):
+    """
+    Search a line between those of the excitation that the reference does not have, (173).
+
+    Parameters
+    ----------
+    one, two : Repeats
+        Reference and record.
+    level : float
+        Power of the record over that of the reference.
+
+    Returns
+    -------
+    Sign or None
+        Of `harmonic_disturbance`.
+
+    """
+    seen = _fine(two)
+    power, before = np.square(np.abs(seen)), np.square(np.abs(_fine(one)))
+    between = (np.arange(len(power)) % len(two.periods) > 0)[:, None].astype(float)
+    top = max(level, 1.0) * maximum_filter1d(before, 2 * AROUND + 1, axis=0)
+    at = np.rint(np.linspace(0, len(top) - 1, len(power))).astype(int)
+    ratios = [_over_flanks(power, between),
+              _over_flanks(power / _skirts(two, len(power)), between),
+              power / np.maximum(top[at], 1e-300)]
+    # channels may move as one: two degrees of freedom, whatever their number
+    found = np.min([r.mean(axis=1) for r in ratios], axis=0) * between[:, 0]
+    # of a sine of amplitude A the density is A^2 T / 2
+    amplitude = np.sqrt(2 * power / two.seconds)
+    rms = np.sqrt(np.square(two.periods).mean(axis=(0, 1)))
+    told = (amplitude > np.sqrt(2) * TOLERANCE * rms).any(axis=1) & _stands_out(power)
+    told[:AROUND] = told[-AROUND:] = False
+    best = int(np.argmax(found * told))
+    around = 2 * int(_between(best, len(two.periods)))
+    p = float(fisher.sf(found[best] * told[best], 2, around)) * len(found)
+    if not p < SEEN:
+        return None
+    frequency = _peak(power[best - 1:best + 2].sum(axis=1), best) / two.seconds
+    vector = seen[best] * np.sqrt(2 / two.seconds)
+    return Sign('harmonic_disturbance', {'shape': tuple(vector)}, {
+        'frequency_hz': (frequency, 'Hz'),
+        'acceleration_m_s2': (float(np.linalg.norm(vector)), 'm/s^2')}, max(p, 10 * NEVER),
+        f'a line at {frequency:.5g} Hz between those of a signal that repeats itself')
+
+
+def _between(best, count):
+    """Return how many bins around one are compared with it: lines of the excitation are not."""
+    away = np.r_[best - AROUND:best - OWN_BINS, best + OWN_BINS + 1:best + AROUND + 1]
+    return np.count_nonzero(away % count)
+
+
+def _peak(power, best):
+    """Return where between bins a line is, from the amplitudes of three bins without a taper."""
+    low, middle, high = np.sqrt(power)
+    if high > low:
+        return best + high / (middle + high)
+    return best - low / (middle + low)
+
+
+def _cells(rest, size):
+    """
+    Return the power of windows and bins, shape (w, f), over what is usual in both.
+
+    What is steady is in every window, what is short in every bin; a sweep is in a few of both.
+    """
+    count = len(rest) // size
+    taper = np.sin(np.pi * (np.arange(size) + 0.5) / size)
+    parts = rest[:count * size].reshape(count, size, -1) * taper[:, None]
+    power = np.square(np.abs(np.fft.rfft(parts, axis=1)))[:, 1:-1]
+    power /= np.maximum(np.median(power, axis=0), 1e-300)
+    cells = power.mean(axis=2)
+    cells /= np.maximum(np.median(cells, axis=1), 1e-300)[:, None]
+    return np.minimum(cells, LOUDEST)
+
+
+def _best_track(cells):
+    """
+    Return the straight track of most power: standard deviations, log p-value, first and last bin.
+
+    The sum over a track scatters as a gamma variable of the moments of all cells. Its loudest
+    third is left out in the end: a sweep is there all the time, what dies away is not.
+    """
+    windows, bins = cells.shape
+    ways = (np.arange(windows) + 0.5) / windows
+    most, track = -np.inf, (0, 0)
+    ends = np.arange(bins)
+    for start in range(bins):
+        rows = np.rint(start + np.outer(ways, ends - start)).astype(int)
+        sums = np.take_along_axis(cells, rows, axis=1).sum(axis=0)
+        sums[max(start - LEAST_WAY, 0):start + LEAST_WAY + 1] = 0.0
+        end = int(np.argmax(sums))
+        if sums[end] > most:
+            most, track = sums[end], (start, end)
+    along = cells[np.arange(windows), np.rint(track[0] + ways * (track[1] - track[0])).astype(int)]
+    thirds = np.array_split(along, 3)
+    loudest = int(np.argmax([t.mean() for t in thirds]))
+    quieter = np.concatenate(thirds[:loudest] + thirds[loudest + 1:])
+    mean, var = cells.mean(), cells.var()
+    log_p = gamma.logsf(quieter.sum(), len(quieter) * mean ** 2 / var, scale=var / mean)
+    deviations = (quieter.mean() - mean) * np.sqrt(len(quieter) / var)
+    return float(deviations), float(log_p + 2 * np.log(bins)), *track
+
+
+def sweep(one, two):
+    """
+    Search a line that moves through what does not repeat, (174).
+
+    Parameters
+    ----------
+    one, two : Repeats
+        Reference and record.
+
+    Returns
+    -------
+    Sign or None
+        Of `wheel_speed_sweep`.
+
+    """
+    best = None
+    first, rest = one.rest, two.rest
+    for squared in BANDS:
+        size = int(np.sqrt(squared * min(len(first), len(rest)))) // 2 * 2
+        if min(len(first), len(rest)) < LEAST_WINDOWS * size:
+            continue
+        usual = _best_track(_cells(first, size))[0]
+        sd, log_p, start, end = _best_track(_cells(rest, size))
+        log_p += np.log(len(BANDS))
+        if log_p < np.log(SEEN) and sd > STRONGER * usual and (best is None or log_p < best[0]):
+            # the whole periods end before the recording does
+            end = start + (end - start) * two.recorded / len(two.periods)
+            best = log_p, (start + 1) * two.rate_hz / size, (end + 1) * two.rate_hz / size
+    if best is None:
+        return None
+    log_p, start_hz, end_hz = best
+    return Sign('wheel_speed_sweep', {}, {
+        'start_hz': (float(start_hz), 'Hz'), 'end_hz': (float(end_hz), 'Hz')},
+        max(float(np.exp(log_p)), 10 * NEVER),
+        f'a line that moves from {start_hz:.4g} to {end_hz:.4g} Hz in what does not repeat')
