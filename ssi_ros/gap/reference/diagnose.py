@@ -26,7 +26,9 @@ from ssi_ros.gap.reference.periodic import (
     both_repeat, enough, in_phase, of_clock, of_sweep, of_swing, periodic_signs)
 from ssi_ros.gap.reference.pieces import plan, silent_in_all, spectra_of
 from ssi_ros.gap.reference.rank import closed, EXACT, MODAL, SURE, try_held_out, worth
+from ssi_ros.gap.reference.repeats import same_signal
 from ssi_ros.gap.reference.screen import screen
+from ssi_ros.gap.reference.wander import independent_share
 from ssi_ros.gap.reference.where import locate
 from ssi_ros.gap.settings import DiagnosisSettings
 from threadpoolctl import ThreadpoolController
@@ -105,6 +107,8 @@ def _diagnose(reference, record, settings, names, pairs, tell):
                   f'{len(quiet)} bands hold noise only, which does not grow with it, and were '
                   'left out',)
     nominal = make_nominal(pair.reference, pair.channels, cut, one.mean, one)
+    if enough(repeats):
+        nominal = nominal.trusted(independent_share(repeats[0], cut, same_signal(*repeats)))
     base = fit(nominal, two.mean, one.freedom, two.freedom)
     tell(0.1)
     found = screen(nominal, base, one, two, all_forms(nominal, names))

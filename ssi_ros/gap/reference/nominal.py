@@ -83,6 +83,10 @@ class Nominal:
         """Return the same nominal around another estimate of its spectrum."""
         return replace(self, spectrum=spectrum)
 
+    def trusted(self, share):
+        """Return the same nominal, of which no band is trusted more than its share, (b,)."""
+        return replace(self, trust=np.minimum(self.trust, share))
+
 
 def make_nominal(values, channels, cut, spectrum, spectra=None):
     """

@@ -7,7 +7,7 @@ from ssi_ros.gap.reference.extra import positive, replacing
 from ssi_ros.gap.reference.forms import Form, Number
 from ssi_ros.gap.reference.pieces import spectra_of
 from ssi_ros.gap.reference.repeats import (
-    at_instants, delay_between, ENOUGH_PERIODS, LEAST_PERIODS, repeats_of, SAME_SIGNAL)
+    at_instants, delay_between, ENOUGH_PERIODS, LEAST_PERIODS, repeats_of, same_signal)
 from ssi_ros.gap.reference.signs import NEVER, Sign
 from ssi_ros.gap.reference.swing import swing
 from ssi_ros.gap.reference.unrepeated import line, sweep
@@ -66,9 +66,9 @@ def in_phase(pair, repeats):
     """
     if repeats is None:
         return pair
-    delay, alike = delay_between(*repeats)
-    if alike < SAME_SIGNAL:
+    if not same_signal(*repeats):
         return pair
+    delay, _ = delay_between(*repeats)
     rows = len(repeats[0].mean)
     late = int(round(delay)) % rows
     sizes = len(pair.reference), len(pair.record)
@@ -90,7 +90,7 @@ def clock(one, two):
     """
     ppm = 1e6 * (one.period_rows / two.period_rows - 1)
     spread = 1e6 * np.hypot(one.period_std, two.period_std) / two.period_rows
-    if abs(ppm) < TOLERANCE_PPM + SURE * spread or delay_between(one, two)[1] < SAME_SIGNAL:
+    if abs(ppm) < TOLERANCE_PPM + SURE * spread or not same_signal(one, two):
         return None
     return Sign('clock_rate', {}, {'ppm': (float(ppm), '1e-6')}, NEVER,
                 f'one signal repeats itself after {two.period_rows:.2f} rows of the record and '

@@ -175,6 +175,11 @@ def delay_between(one, two):
     return float(delay) % rows, float(alike)
 
 
+def same_signal(one, two):
+    """Return whether one signal drove both recordings."""
+    return delay_between(one, two)[1] > SAME_SIGNAL
+
+
 def turned(one, delay):
     """Return the mean period of a recording, late by so many rows, shape (n, l)."""
     rows = len(one.mean)

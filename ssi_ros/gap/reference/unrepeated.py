@@ -43,7 +43,7 @@ def _fine(repeats):
 
 
 def _over_flanks(power, between):
-    """Return the power of each bin over the mean of those around it, shape (f, l)."""
+    """Return the power of each bin over the mean of those around it, shape (f, l), (173)."""
     flank = np.ones(2 * AROUND + 1)
     flank[AROUND - OWN_BINS:AROUND + OWN_BINS + 1] = 0.0
 
@@ -114,11 +114,11 @@ def line(one, two, level):
     told = (amplitude > np.sqrt(2) * TOLERANCE * rms).any(axis=1) & _stands_out(power)
     told[:AROUND] = told[-AROUND:] = False
     best = int(np.argmax(found * told))
-    around = 2 * int(_between(best, len(two.periods)))
+    around = 2 * _between(best, len(two.periods))
     p = float(fisher.sf(found[best] * told[best], 2, around)) * len(found)
     if not p < SEEN:
         return None
-    frequency = _peak(power[best - 1:best + 2].sum(axis=1), best) / two.seconds
+    frequency = float(_peak(power[best - 1:best + 2].sum(axis=1), best) / two.seconds)
     vector = seen[best] * np.sqrt(2 / two.seconds)
     return Sign('harmonic_disturbance', {'shape': tuple(vector)}, {
         'frequency_hz': (frequency, 'Hz'),
@@ -129,7 +129,7 @@ def line(one, two, level):
 def _between(best, count):
     """Return how many bins around one are compared with it: lines of the excitation are not."""
     away = np.r_[best - AROUND:best - OWN_BINS, best + OWN_BINS + 1:best + AROUND + 1]
-    return np.count_nonzero(away % count)
+    return int(np.count_nonzero(away % count))
 
 
 def _peak(power, best):

@@ -7,8 +7,11 @@ from ssi_ros.gap.reference import diagnose_reference
 from ssi_ros.gap.reference.pair import make_pair
 from ssi_ros.gap.reference.period import period_of
 from ssi_ros.gap.reference.periodic import both_repeat, clock, in_phase, periodic_signs
-from ssi_ros.gap.reference.repeats import at_instants, delay_between, repeats_of, turned
+from ssi_ros.gap.reference.pieces import plan
+from ssi_ros.gap.reference.repeats import (
+    at_instants, delay_between, Repeats, repeats_of, turned)
 from ssi_ros.gap.reference.swing import best_swing, gains_of
+from ssi_ros.gap.reference.wander import independent_share
 
 
 def split(samples):
@@ -155,3 +158,26 @@ def test_bands_that_go_their_own_ways_are_no_swing():
     noise = 1e-3 * np.random.default_rng(29).standard_normal(apart.shape)
     assert best_swing(together + noise)[2] < 1e-6
     assert gains_of(split(shaken(30)), split(shaken(30)).mean).shape == (48, 6)
+
+
+def rattling(walk, seed):
+    """Return periods of noise that repeats itself and wanders away, of coherence exp(-walk)."""
+    rng = np.random.default_rng(seed)
+    periods = [rng.standard_normal((PERIOD, 2))]
+    keep = np.exp(-walk)
+    for _ in range(5):
+        fresh = rng.standard_normal((PERIOD, 2))
+        periods.append(keep * periods[-1] + np.sqrt(1 - keep ** 2) * fresh)
+    return Repeats(np.array(periods), float(PERIOD), 0.0, RATE_HZ, 6.0)
+
+
+def test_periods_that_wander_are_fewer_spectra():
+    """Copies part nothing, noise is as independent as it looks, what is between is not."""
+    cut = plan(6 * PERIOD, RATE_HZ, 2, PERIOD)
+    share = {w: independent_share(rattling(w, 31), cut, True).mean() for w in (0.0, 0.15, 20.0)}
+    assert share[0.0] == pytest.approx(1.0)         # to round-off: both have the very same
+    assert share[20.0] > 0.9
+    # 1 + 2 sum (1 - k / 6) exp(-0.3 k) = 3.6 spectra of six are one, and none is in both
+    assert share[0.15] == pytest.approx(1 / 3.4, rel=0.25)
+    # under another signal copies are one spectrum
+    assert independent_share(rattling(0.0, 31), cut, False).mean() == pytest.approx(1 / 6)
