@@ -86,8 +86,9 @@ def diagnose_reference(reference, record, settings=DiagnosisSettings(), *, effec
 def _diagnose(reference, record, settings, names, pairs, tell):
     clean = make_pair(reference, record)
     period = period_of(dithered(clean).reference)
-    clean = in_phase(clean, both_repeat(clean, period))
     repeats = both_repeat(clean, period)
+    whole, clean = clean, in_phase(clean, repeats)
+    late_s = (len(whole.record) - len(clean.record)) / clean.rate_hz
     pair = dithered(clean)
     try:
         cut = plan(min(len(pair.reference), len(pair.record)), pair.rate_hz, len(pair.channels),
@@ -136,7 +137,7 @@ def _diagnose(reference, record, settings, names, pairs, tell):
     bonuses = {s.effect: EXACT if s.p_value <= look.NEVER else min(CLEAR, -np.log(s.p_value))
                for s in signs}
     sure = level if abs(level) > LEVEL_SURE * unsure else 0.0
-    forms = [_of_sign(s, clean, repeats, cut, levels, sure, base, two) for s in signs
+    forms = [_of_sign(s, clean, repeats, late_s, cut, levels, sure, base, two) for s in signs
              if s.effect != 'stiffness_drift']
     drift = stiffness_drift(nominal) if 'stiffness_drift' in names else None
     if drift is not None:
@@ -215,14 +216,14 @@ def _by_period(signs, repeats, level, names):
     return [s for s in signs if s.effect not in told] + periodic
 
 
-def _of_sign(sign, clean, repeats, cut, levels, level, base, two):
+def _of_sign(sign, clean, repeats, late_s, cut, levels, level, base, two):
     """Return the form of a sign."""
     if sign.effect == 'clock_rate':
         return of_clock(sign, clean, cut)
     if sign.effect == 'wheel_speed_sweep':
         return of_sweep(sign, repeats, cut)
     if 'sizes' in sign.place:
-        return of_swing(sign, two)
+        return of_swing(sign, two, late_s)
     if sign.effect == 'harmonic_disturbance':
         return of_line(sign, cut, clean.channels)
     if sign.effect == 'impulsive_events':

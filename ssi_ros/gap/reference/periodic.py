@@ -141,12 +141,16 @@ def of_sweep(sign, repeats, cut):
                 measured=passed.sum() * added.shape[-1] ** 2 / 3)
 
 
-def of_swing(sign, two):
-    """Return the form of a level that swings: the power of each group over the mean of all."""
+def of_swing(sign, two, late_s):
+    """
+    Return the form of a level that swings: the power of each group over the mean of all.
+
+    Spectra may begin so many seconds after the recording.
+    """
     cosine, sine = sign.place['sizes']
     ends = np.cumsum(two.weights) * two.cut.rows / two.cut.rate_hz
     times = (np.arange(GRID * len(ends)) + 0.5) / GRID * ends[-1] / len(ends)
-    angle = 2 * np.pi * times / sign.numbers['period_s'][0]
+    angle = 2 * np.pi * (late_s + times) / sign.numbers['period_s'][0]
     power = np.square(1 + cosine * np.cos(angle) + sine * np.sin(angle))
     group = np.searchsorted(ends, times)
     levels = np.bincount(group, power) / np.bincount(group)
