@@ -17,6 +17,11 @@ class Candidate:
         """Names of the effects."""
         return tuple(e.name for e in self.effects)
 
+    @property
+    def nonlinear(self):
+        """Whether the expected spectrum is not exact, of any of the effects."""
+        return any(e.nonlinear for e in self.effects)
+
     def numbers(self):
         """Yield (index of the effect, field) of every number that a fit of spectra may move."""
         for i, e in enumerate(self.effects):

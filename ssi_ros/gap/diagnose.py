@@ -252,8 +252,7 @@ def _credited(ranked, left_by, made, nominal, effects):
     found, others = {}, []
     for r in ranked:
         if r is not best and (
-                r.fit.likelihood <= hopeful or not any(
-                    e.nonlinear for e in r.fit.candidate.effects)
+                r.fit.likelihood <= hopeful or not r.fit.candidate.nonlinear
                 or r.evidence + MOST_CREDIT * made(r.fit).lost < max(
                     f.evidence for f in found) - BEHIND):
             others.append(r)

@@ -95,7 +95,7 @@ def made_by(simulator, fitted, tolerance, band_bins):
 
     """
     found = Made(fitted.candidate, fitted.levels)
-    if not any(e.nonlinear for e in fitted.candidate.effects):
+    if not fitted.candidate.nonlinear:
         return found
     spread = np.sqrt(np.maximum(np.diag(fitted.covariance), 1e-300))
     x, goal = np.array(fitted.candidate.point()), state(fitted)

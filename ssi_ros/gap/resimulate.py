@@ -134,7 +134,7 @@ def floor_by_simulation(simulator, best, made, templates, strangers, tolerance, 
     z, strange, meters, halves, seen, wanders, points = [], [], [], [], {}, [], []
     here, names = None, tuple(s.effect.name for s in signs)
     stds = np.sqrt(np.maximum(np.diag(best.covariance), 1e-300))
-    nonlinear = any(e.nonlinear for e in best.candidate.effects)
+    nonlinear = best.candidate.nonlinear
     for samples, evidence in records(simulator, made, SEED, RECORDS):
         again = fit_again(simulator, evidence, best, REFIT_STEPS, tolerance)
         points.append(again.candidate.point())
