@@ -22,6 +22,8 @@ QUIET_DB = -12.0        # below which noise and excitation together are another 
 NOISE_FAR_DB = 35.0     # effects such as rails and jitter raise the noise by up to 26 dB
 NOISE_STD = 0.7         # and of the noise of a sensor: 3 dB
 LONGEST = 1.5           # step of a logarithm
+# What a candidate raises that cannot exist, as a mass off the array does.
+IMPOSSIBLE = (ValueError, np.linalg.LinAlgError, OverflowError)
 FOLLOWED = 2            # times that noise is told anew from the motion that a fit has found
 
 
@@ -82,7 +84,7 @@ class Simulator:
             if not setup.jitter_rms_s:
                 return self
             lively = liveliness(self, setup, levels, evidence)
-        except (ValueError, np.linalg.LinAlgError, OverflowError):
+        except IMPOSSIBLE:
             return self
         return Simulator(self.spacecraft, self.frame, self.duration_s, self.present, lively)
 
@@ -102,7 +104,7 @@ class Simulator:
         """Return its expected periodograms; None where it cannot exist, as off the array."""
         try:
             found = self.spectrum(self.setup(candidate, levels, near))
-        except (ValueError, np.linalg.LinAlgError, OverflowError):
+        except IMPOSSIBLE:
             return None
         parts = (*found.shares, found.fixed)
         return found if all(np.all(np.isfinite(p)) for p in parts) else None
