@@ -64,16 +64,16 @@ def slow_signs(simulator, fitted, samples, settings, names):
     recall = np.exp(-1 / rate_hz / times)[:, None]
     shape = (1 - recall ** 2) / np.abs(
         1 - recall * np.exp(-2j * np.pi * frame.frequencies_hz[known] / rate_hz)) ** 2
+    sizes = np.geomspace(0.1, 1e6, SIZES)       # of noise, over the least that a bin can show
     best = None
     for i, channel in enumerate(samples.channels):
-        least = 1 / np.max(shape.max(axis=0) * own[:, i])
-        powers = np.geomspace(0.1 * least, 1e6 * least, SIZES)
+        powers = sizes / np.max(shape.max(axis=0) * own[:, i])
         extra = powers[:, None, None] * shape * own[:, i]       # size, time, bin
         ratio = np.abs(seen[:, i]) ** 2 / own[:, i]
         gains = _gain(extra, ratio, frame)
         # more noise of all frequencies is not slow noise
-        gains -= _gain(powers[:, None] / powers[0] * 0.1 / np.max(own[:, i]) * own[:, i],
-                       ratio, frame).max(initial=0.0)
+        white = sizes[:, None] * own[:, i] / np.max(own[:, i])
+        gains -= _gain(white, ratio, frame).max(initial=0.0)
         if best is None or gains.max() > best[0].max():
             best = gains, powers, channel
     gains, powers, channel = best
