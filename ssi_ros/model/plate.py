@@ -103,7 +103,6 @@ def plate_modes(plate, modes, hinge_n_m_rad=math.inf):
         If the mesh is too coarse for that many modes.
 
     """
-    basis, mass, stiffness = _matrices(plate, math.isfinite(hinge_n_m_rad))
     along, across = _beams(plate)
     free = 2 * (along.nodes - 1) * across.dofs
     if modes * DOFS_A_MODE > free:
@@ -111,6 +110,7 @@ def plate_modes(plate, modes, hinge_n_m_rad=math.inf):
             f'modes={modes} is too many for the mesh of elements_along={plate.elements_along} x '
             f'elements_across={plate.elements_across}, which carries {free // DOFS_A_MODE}; '
             'refine the mesh or ask for fewer modes')
+    basis, mass, stiffness = _matrices(plate, math.isfinite(hinge_n_m_rad))
     if math.isfinite(hinge_n_m_rad):
         stiffness = stiffness.copy()
         stiffness[0, 0] += hinge_n_m_rad
