@@ -4,9 +4,7 @@ Measure the diagnosis against a reference recording on measured records, with ef
     SSI_ROS_DATA=FOLDER python -m validation.gap_hardware nulls
     SSI_ROS_DATA=FOLDER python -m validation.gap_hardware effects [SETUP ...]
 """
-import os
-from pathlib import Path
-import sys
+import argparse
 import time
 
 import numpy as np
@@ -15,7 +13,7 @@ from ssi_ros.effects import effect_class
 from ssi_ros.gap.reference import diagnose_reference
 from ssi_ros.records import Samples
 
-from validation.gap_reference import bridge, f16
+from validation.gap_reference import bridge, data_folder, f16
 from validation.hardware_effects import CASES, Record
 
 F16_LIVE, BRIDGE_LIVE = (2.0, 15.0), (0.2, 1.2)         # where the records live [Hz]
@@ -86,7 +84,7 @@ SETUPS = {
 
 def nulls(*names):
     """Print what is said of two parts of one record, without an effect."""
-    folder = Path(os.environ.get('SSI_ROS_DATA', '../shared/data'))
+    folder = data_folder()
     print('| record | channels | rate | split | outcome | p | named | CPU s |\n' + '|---' * 8
           + '|', flush=True)
     alarms = total = 0
@@ -114,7 +112,7 @@ def timed(one, two):
 
 def effects(*names):
     """Print what is said of every effect injected into the second part of every setup."""
-    folder = Path(os.environ.get('SSI_ROS_DATA', '../shared/data'))
+    folder = data_folder()
     print('| setup | injected | outcome | named | probability | in class | site right | '
           'told (true) | closed | CPU s |\n' + '|---' * 10 + '|', flush=True)
     right = total = 0
@@ -159,4 +157,10 @@ def told(found, effect, truth):
 
 
 if __name__ == '__main__':
-    {'nulls': nulls, 'effects': effects}[sys.argv[1]](*sys.argv[2:])
+    parser = argparse.ArgumentParser(description=__doc__.strip().splitlines()[0])
+    parser.add_argument('kind', choices=('nulls', 'effects'))
+    parser.add_argument('names', nargs='*', metavar='NAME',
+                        help=f'records of nulls: {", ".join(WAYS)}; setups of effects: '
+                             f'{", ".join(SETUPS)}; all by default')
+    given = parser.parse_args()
+    {'nulls': nulls, 'effects': effects}[given.kind](*given.names)

@@ -5,9 +5,9 @@ Measure the diagnosis against a reference recording: false alarms, effects, meas
     python -m validation.gap_reference effects
     SSI_ROS_DATA=FOLDER python -m validation.gap_reference records
 """
+import argparse
 import os
 from pathlib import Path
-import sys
 import time
 
 import numpy as np
@@ -41,6 +41,11 @@ CASES = (
     'channel_delay:channel=e1_b,delay_s=0.001', 'clock_rate:ppm=2000',
     'timestamp_jitter:rms_s=0.001', 'dropped_samples:fraction=0.02')
 SECONDS = 600.0
+
+
+def data_folder():
+    """Return the folder of the measured records."""
+    return Path(os.environ.get('SSI_ROS_DATA', '../shared/data'))
 
 
 def null(runs, duration_s=SECONDS, channels=4):
@@ -112,7 +117,7 @@ def halves(samples):
 def records():
     """Print the diagnoses of the measured records."""
     from ssi_ros.cli.diagnose import text
-    folder = Path(os.environ.get('SSI_ROS_DATA', '../shared/data'))
+    folder = data_folder()
     one, two, five = (f16(level, folder) for level in (1, 2, 5))
     for name, pair in (('level 1, its halves', halves(one)), ('level 5', (one, five)),
                        ('level 2', (one, two)), ('bridge, its halves', halves(bridge(folder)))):
@@ -123,5 +128,9 @@ def records():
 
 
 if __name__ == '__main__':
-    numbers = [int(w) for w in sys.argv[2:]]
-    {'null': null, 'effects': effects, 'records': records}[sys.argv[1]](*numbers)
+    parser = argparse.ArgumentParser(description=__doc__.strip().splitlines()[0])
+    parser.add_argument('kind', choices=('null', 'effects', 'records'))
+    parser.add_argument('numbers', nargs='*', type=int,
+                        help='of null: runs, seconds of a record, channels')
+    given = parser.parse_args()
+    {'null': null, 'effects': effects, 'records': records}[given.kind](*given.numbers)
