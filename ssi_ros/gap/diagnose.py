@@ -20,7 +20,7 @@ from ssi_ros.gap.resimulate import floor_by_simulation
 from ssi_ros.gap.scores import make_templates, score
 from ssi_ros.gap.search import BEHIND, Search
 from ssi_ros.gap.settings import DiagnosisSettings
-from ssi_ros.gap.slow import slow_signs
+from ssi_ros.gap.slow import relief, slow_signs
 from ssi_ros.gap.spectra import make_frame, spectra
 from ssi_ros.gap.strangers import make_strangers, strange_sign
 from ssi_ros.gap.symptoms import symptoms
@@ -147,9 +147,9 @@ def _diagnose(spacecraft, samples, settings, names, pairs, present, tell):
                        [e.one_sided() for e in scores.effects], names)
         return no_gap('model', gap, where, texts(signs + odd), *small)
     search = Search(simulator, evidence, settings, nominal, tolerance, names,
-                    lambda share: tell(0.4 + 0.3 * share))
-    ranked = _relieved(search.singles(scores, signs), signs, lambda found: slow_signs(
-        simulator, found, part, settings, ('sensor_drift',)), len(names))
+                    lambda share: tell(0.4 + 0.3 * share),
+                    lambda fitted: relief(simulator, fitted, part, settings, signs))
+    ranked = search.singles(scores, signs)
 
     @cache
     def made(fitted):
@@ -219,25 +219,6 @@ def _left(scores, signs, odd, of_meter, far, floor=None):
     return _Left(scores, signs, odd, _together(p_value, of_meter, signs + odd),
                  _together(p_value, of_meter, tuple(s for s in signs if not s.look) + odd),
                  far, floor)
-
-
-def _relieved(ranked, signs, slow, effects):
-    """
-    Credit candidates with slow noise that is none once they are in the model, as nutation is.
-
-    Its bins are below the band, so that no likelihood has counted them.
-    """
-    before = next((s.p_value for s in signs if s.effect.name == 'sensor_drift'), None)
-    if before is None:
-        return ranked
-    found = []
-    for r in ranked:
-        if 'sensor_drift' not in r.names:
-            after = next((s.p_value for s in slow(r.fit)), 1.0)
-            r = replace(r, bonus=r.bonus + float(np.log(
-                max(after, before, 1e-300) / max(before, 1e-300))))
-        found.append(r)
-    return sorted(found, key=lambda r: -worth(r, effects))
 
 
 def _credited(ranked, left_by, made, nominal, effects):

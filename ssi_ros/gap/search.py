@@ -23,11 +23,16 @@ PAIRS = 4               # pairs that are fitted
 
 
 class Search:
-    """The record, the model side and what is asked for; fits candidates on demand."""
+    """
+    The record, the model side and what is asked for; fits candidates on demand.
 
-    def __init__(self, simulator, evidence, settings, nominal, tolerance, names, tell):
+    `relief` returns the log likelihood of what a fit explains though the spectrum does not show it.
+    """
+
+    def __init__(self, simulator, evidence, settings, nominal, tolerance, names, tell, relief):
         self.simulator, self.evidence, self.settings = simulator, evidence, settings
-        self.nominal, self.tolerance, self.names, self.tell = nominal, tolerance, names, tell
+        self.nominal, self.tolerance, self.names = nominal, tolerance, names
+        self.tell, self.relief = tell, relief
 
     def singles(self, scores, signs):
         """
@@ -96,8 +101,9 @@ class Search:
             unique.setdefault(tuple(sorted(
                 (e.name, *(getattr(e, f.name) for f in e.words())) for e in couple.effects)),
                 couple)
-        # what the best effect explains alone is no merit of a second one
-        kept = [s for s in signs if s.effect.name in best.names] + list(more)
+        # what the best effect explains alone is no merit of a second one; of slow noise `relief`
+        # tells it of every pair
+        kept = list(more) + [s for s in signs if s.effect.name in (*best.names, 'sensor_drift')]
         return self._fit_all(list(unique.values()), kept, singles[0].fit)
 
     def at_random(self, templates, known):
@@ -132,7 +138,8 @@ class Search:
             fitted = fit(self.simulator, self.evidence, old.candidate, old.levels,
                          tolerance=around)
             if fitted is not None:
-                done.append(self._ranked(fitted, bonuses))
+                found = self._ranked(fitted, bonuses)
+                done.append(replace(found, bonus=found.bonus + self.relief(fitted)))
         return self._sorted(done)
 
     def _ranked(self, fitted, bonuses):

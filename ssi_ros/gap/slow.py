@@ -90,6 +90,29 @@ def slow_signs(simulator, fitted, samples, settings, names):
                     {'rms_m_s2': rms * rms_std, 'time_constant_s': time * time_std}),)
 
 
+def relief(simulator, fitted, samples, settings, signs):
+    """
+    Return the log likelihood of slow noise that is none once a fit is in the model.
+
+    Nutation looks like it, and its bins are below the band, so that no likelihood has counted
+    them.
+
+    Parameters
+    ----------
+    simulator, fitted, samples, settings
+        See `slow_signs`.
+    signs : sequence of Symptom
+        Of the model without effects.
+
+    """
+    before = next((s.p_value for s in signs if s.effect.name == 'sensor_drift'), None)
+    if before is None or 'sensor_drift' in fitted.candidate.names:
+        return 0.0
+    still = slow_signs(simulator, fitted, samples, settings, ('sensor_drift',))
+    after = still[0].p_value if still else 1.0
+    return float(np.log(max(after, before, 1e-300) / max(before, 1e-300)))
+
+
 def _gain(extra, ratio, frame):
     """Return the log likelihood of noise over that of what is seen, bins last."""
     return (ratio * extra / (1 + extra) - np.log1p(extra)).sum(axis=-1) / frame.crowding
