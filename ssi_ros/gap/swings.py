@@ -47,7 +47,7 @@ def swing(torque):
     phase = np.arctan2(cosine, sine) - 2 * np.pi * torque.inside.start / torque.rate_hz / period
     return Symptom(within(
         effect_class('nonstationary_excitation'), depth=depth, period_s=period,
-        phase_rad=float(phase % (2 * np.pi))), p,
+        phase_rad=float(np.angle(np.exp(1j * phase)))), p,
                    f'the level swings by {100 * depth:.0f} % every {period:.0f} s',
                    {'depth': depth / size, 'period_s': np.sqrt(6) / np.pi / size * period ** 2
                     * torque.rate_hz / count, 'phase_rad': 2 / size},
