@@ -7,12 +7,11 @@ everywhere hardly minds little of it; one that knows the shape does.
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import norm
+from scipy.stats import chi2, norm
 
 from ssi_ros.effects.edits import add_part
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.expected import expected
-from ssi_ros.gap.fit import Simulator
 from ssi_ros.gap.scores import power_of, Templates
 from ssi_ros.gap.symptoms import Oddity, SURE
 from ssi_ros.model.excitation import Coloured, White
@@ -20,14 +19,32 @@ from ssi_ros.model.excitation import Coloured, White
 CORNERS_HZ = (0.1, 0.5, 2.0)    # of a torque that switches or wanders
 TORQUE = 0.1            # of the nominal torque, rms
 DAMPING = 1.1
+STIFFNESS = 1.002       # of one mode
+LEAST = 1e-3            # share of information below which modes do not differ by themselves
 
 
 @dataclass(frozen=True)
 class Stranger:
-    """What a gap may look like, and whether only more of it than in the model is possible."""
+    """
+    What a gap may look like.
+
+    Attributes
+    ----------
+    text : str
+        In words.
+    adds : bool
+        Whether only more of it than in the model is possible.
+    modal : bool
+        Whether it is one number of one mode, which may come together with all others.
+    scatter : float
+        By how much its score scatters more than if the pieces of a record were independent.
+
+    """
 
     text: str
-    adds: bool
+    adds: bool = False
+    modal: bool = False
+    scatter: float = 1.0
 
 
 def make_strangers(simulator):
@@ -45,44 +62,73 @@ def make_strangers(simulator):
         With a Stranger for every effect.
 
     """
-    setup = simulator.setup(Candidate())
-    nominal = expected(setup, simulator.frame)
+    nominal = simulator.expected(Candidate())
     base = nominal.at(np.ones(len(nominal.names)))
-    torque = TORQUE * max(simulator.spacecraft.excitation.torque_rms_n_m)
     kept, changes = [], []
-
-    def keep(stranger, there):
+    for stranger, setup in _strangers(simulator):
+        there = expected(setup, simulator.frame)
         change = (there.at(np.ones(len(there.names))) - base).mean(axis=0)
         if np.any(np.abs(change) > 1e-12 * np.abs(base).max()):
             kept.append(stranger)
             changes.append(change.astype(np.complex64))
+    return Templates(tuple(kept), np.array(changes), {}, power_of(nominal.shares[:-1]))
 
-    for name in (n for n in setup.system.inputs if n.startswith('torque')):
+
+def _strangers(simulator):
+    """Yield every stranger, and the setup that has it."""
+    setup = simulator.setup(Candidate())
+    system = setup.system
+    torque = TORQUE * max(simulator.spacecraft.excitation.torque_rms_n_m)
+    for name in (n for n in system.inputs if n.startswith('torque')):
         axis = name.split('_')[1]
         white = White(f'strange {name}', (name,), (torque,))
         if name != 'torque_x':
-            keep(Stranger(f'random torque about {axis}', True),
-                 expected(add_part(setup, white), simulator.frame))
+            yield Stranger(f'random torque about {axis}', True), add_part(setup, white)
             continue
         for corner_hz in CORNERS_HZ:
-            keep(Stranger(f'a torque about {axis} slower than {corner_hz:g} Hz', True),
-                 expected(add_part(setup, Coloured(white, corner_hz)), simulator.frame))
-    for array in simulator.spacecraft.arrays:
-        other = replace(simulator.spacecraft, arrays=tuple(
-            replace(a, damping_ratio=a.damping_ratio * DAMPING) if a.name == array.name else a
-            for a in simulator.spacecraft.arrays))
-        keep(Stranger(f'other damping of {array.name} than of the rest', False), Simulator(
-            other, simulator.frame, simulator.duration_s, simulator.present).expected(Candidate()))
-    return Templates(tuple(kept), np.array(changes), {}, power_of(nominal.shares[:-1]))
+            yield (Stranger(f'a torque about {axis} slower than {corner_hz:g} Hz', True),
+                   add_part(setup, Coloured(white, corner_hz)))
+    freedoms = [(i, *d.split('_eta')) for i, d in enumerate(system.dofs) if '_eta' in d]
+    for array in dict.fromkeys(a for _, a, _ in freedoms):
+        rows = [i for i, a, _ in freedoms if a == array]
+        yield (Stranger(f'other damping of {array} than of the rest'),
+               _scaled(setup, 'damping', rows, DAMPING))
+    for i, array, mode in freedoms:
+        # what a mode does in one piece rings on into the next, e^(-rate) of it
+        rate = system.damping[i, i] / system.mass[i, i] / 2 * simulator.frame.rows / system.rate_hz
+        scatter = 1 / np.sqrt(np.tanh(rate / 2))
+        for name, factor, text in (('stiffness', STIFFNESS, 'frequency'),
+                                   ('damping', DAMPING, 'damping')):
+            yield (Stranger(f'another {text} of mode {mode} of {array} alone', modal=True,
+                            scatter=scatter), _scaled(setup, name, [i], factor))
+
+
+def _scaled(setup, name, rows, factor):
+    """Return the setup with stiffness or damping of freedoms times a factor."""
+    matrix = getattr(setup.system, name).copy()
+    matrix[rows, rows] *= factor
+    return replace(setup, system=replace(setup.system, **{name: matrix}))
 
 
 def strange_sign(scores):
     """Return the sign of the likeliest stranger, if one is there: none or one Oddity."""
     adds = np.array([s.adds for s in scores.effects])
-    tails = np.where(adds, norm.sf(scores.z), 2 * norm.sf(np.abs(scores.z)))
+    z = scores.z / [s.scatter for s in scores.effects]
+    tails = np.where(adds, norm.sf(z), 2 * norm.sf(np.abs(z)))
     best = int(np.argmin(tails))
-    p = float(min(1.0, len(tails) * tails[best]))
-    if p > SURE:
-        return ()
-    return (Oddity('a stranger', p, f'it looks like {scores.effects[best].text}, '
-                   f'{abs(scores.z[best]):.1f} sd'),)
+    p = float(min(1.0, 2 * len(tails) * tails[best]))
+    text = f'it looks like {scores.effects[best].text}, {abs(z[best]):.1f} sd'
+    together, count = _together(scores, z)
+    if 2 * together < p:
+        p = 2 * together
+        text = f'its modes differ, each in its own way, in {count} numbers'
+    return (Oddity('a stranger', p, text),) if p <= SURE else ()
+
+
+def _together(scores, z):
+    """Return the p-value of all numbers of all modes at once, and how many tell of themselves."""
+    modal = np.flatnonzero([s.modal for s in scores.effects])
+    values, vectors = np.linalg.eigh(scores.cosine[np.ix_(modal, modal)])
+    told = values > LEAST * values[-1]
+    sizes = (vectors.T[told] @ z[modal]) ** 2 / values[told]
+    return float(chi2.sf(sizes.sum(), len(sizes))), len(sizes)
