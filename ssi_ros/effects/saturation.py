@@ -15,7 +15,6 @@ class Saturation(Effect):
     reference = 'full-scale range, IEEE Std 1293'
     starts = {'limit_m_s2': (0.05,)}
     spectral = False
-    nonlinear = True
 
     limit_m_s2: float = quantity(float('inf'), unit='m/s^2', low=1e-9, doc='largest value')
 

@@ -47,12 +47,6 @@ def match(spacecraft, samples):
     return Samples(values, spacecraft.rate_hz, tuple(wanted), samples.start_ns)
 
 
-def centred(samples):
-    """Take out the bias of every channel: no vibration, but it leaks into the lowest bins."""
-    return Samples(samples.values - np.nanmean(samples.values, axis=0), samples.rate_hz,
-                   samples.channels, samples.start_ns)
-
-
 def longest_part(samples):
     """Return the longest part of a record without a gap of a second, as lines and pulses need."""
     missing = np.isnan(samples.values).any(axis=1)

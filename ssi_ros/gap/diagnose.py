@@ -8,12 +8,11 @@ from scipy.stats import norm
 from ssi_ros.effects import effect_class, library
 from ssi_ros.gap.cache import load_templates, save_templates, templates_key
 from ssi_ros.gap.candidate import Candidate, starting_points
-from ssi_ros.gap.check import centred, longest_part, match
+from ssi_ros.gap.check import longest_part, match
 from ssi_ros.gap.conclude import conclude, LEFT_OVER, no_gap, texts, too_little, wrong_level
 from ssi_ros.gap.fit import fit, level_gap, Simulator
-from ssi_ros.gap.holes import filled, without_rails
+from ssi_ros.gap.holes import completed, without_rails
 from ssi_ros.gap.indirect import made_by
-from ssi_ros.gap.likelihood import Evidence
 from ssi_ros.gap.meter import measure
 from ssi_ros.gap.rank import Ranked, try_held_out, unseen, worth
 from ssi_ros.gap.resimulate import floor_by_simulation
@@ -21,7 +20,7 @@ from ssi_ros.gap.scores import make_templates, score
 from ssi_ros.gap.search import BEHIND, Search
 from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.gap.slow import relief, slow_signs
-from ssi_ros.gap.spectra import make_frame, spectra
+from ssi_ros.gap.spectra import make_frame
 from ssi_ros.gap.strangers import make_strangers, strange_sign
 from ssi_ros.gap.symptoms import symptoms
 from ssi_ros.gap.tolerance import tolerances
@@ -92,7 +91,7 @@ def diagnose(spacecraft, samples, settings=DiagnosisSettings(), *, effects=None,
 def _diagnose(spacecraft, samples, settings, names, pairs, present, tell):
     samples = match(spacecraft, samples)
     of_samples = symptoms(samples)
-    samples = centred(without_rails(samples, [s.effect for s in of_samples]))
+    samples, rails = without_rails(samples, [s.effect for s in of_samples])
     try:
         frame = make_frame(len(samples.values), samples.rate_hz, settings,
                            ~np.isnan(samples.values).any(axis=1))
@@ -100,28 +99,18 @@ def _diagnose(spacecraft, samples, settings, names, pairs, present, tell):
         return too_little(str(error))
     duration_s = len(samples.values) / samples.rate_hz
     simulator = Simulator(spacecraft, frame, duration_s, present)
-    mended = filled(simulator, samples)
-    holes = mended is not samples
-    if holes:
-        samples = mended
-        frame = make_frame(len(samples.values), samples.rate_hz, settings,
-                           ~np.isnan(samples.values).any(axis=1))
-        simulator = simulator.on(frame)
-    evidence = Evidence(frame, spectra(samples, frame), frame.used)
+    simulator, samples, evidence, levels = completed(simulator, samples, rails, settings)
     there = {e.name for e in present}
     wanted = tuple(n for n in names if n not in there)
     templates = _templates(spacecraft, len(samples.values), settings, names, present, tell)
-    # the first fit gives the levels that the tolerances are drawn at
-    levels = fit(simulator, evidence).levels
     wrong = level_gap(levels)
     tolerance = tolerances(simulator, Candidate(), levels, settings)
     nominal = fit(simulator, evidence, levels=levels, tolerance=tolerance)
     scores = score(templates, nominal, evidence, tolerance)
     strangers = _strangers(spacecraft, len(samples.values), settings, present)
     part = longest_part(samples)
-    # a sweep is one over the whole record; what is filled in is wrong by a little that is slow too
-    hidden = {'wheel_speed_sweep': part is not samples, 'sensor_drift': holes}
-    sought = tuple(n for n in wanted if not hidden.get(n))
+    # a sweep is one over the whole record
+    sought = tuple(n for n in wanted if n != 'wheel_speed_sweep' or part is samples)
     # a missing row is a hole, which looks like a spike on all channels
     whole = not np.isnan(part.values).any()
 

@@ -12,7 +12,7 @@ import numpy as np
 from ssi_ros.effects import inject, simulate_setup
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.fit import fit_again
-from ssi_ros.gap.holes import filled, without_rails
+from ssi_ros.gap.holes import excited, filled, without_rails
 from ssi_ros.gap.likelihood import Evidence
 from ssi_ros.gap.meter import measure
 from ssi_ros.gap.spectra import spectra
@@ -56,9 +56,10 @@ def records(simulator, made, seed, count):
     """Yield records made with effects and levels, treated as a record is, and their evidence."""
     effects = simulator.present + made.candidate.effects
     setup = inject(at_levels(simulator.spacecraft, made.levels), effects, simulator.duration_s)
-    frame = simulator.frame
+    frame, level = simulator.frame, excited(simulator, made.levels)
     for i in range(count):
-        samples = filled(simulator, without_rails(simulate_setup(setup, seed + i), effects))
+        samples = filled(simulator, *without_rails(simulate_setup(setup, seed + i), effects),
+                         level)
         yield samples, Evidence(frame, spectra(samples, frame), frame.used)
 
 

@@ -11,8 +11,8 @@ import numpy as np
 
 from ssi_ros.gap.alarm import quiet, step
 from ssi_ros.gap.fit import fit
-from ssi_ros.gap.holes import fill
 from ssi_ros.gap.likelihood import Evidence
+from ssi_ros.gap.live_holes import fill
 from ssi_ros.gap.live_model import BLAS, LEAST_MEANS
 from ssi_ros.gap.live_score import leading, sight, statistics
 from ssi_ros.gap.meter import measure

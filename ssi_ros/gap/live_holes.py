@@ -1,9 +1,8 @@
 """
-Fill missing samples by their conditional mean under the model, eq. (136).
+Fill missing samples of a window by their conditional mean under the model, eq. (136).
 
-A row that counts as zero spreads the strong resonances over all bins, the same in each, and the
-valleys between them are lost. What is filled in differs from the truth only by what the model
-itself could not know, which is far below the sensors' noise in every bin.
+What is filled in differs from the truth only by what the rows around could not know. Whole
+records are filled with more care, see `holes.py`; a window has no time for it.
 """
 from dataclasses import replace
 
@@ -15,7 +14,6 @@ from ssi_ros.gap.check import runs
 
 REACH = 30      # rows on each side that a missing one is told from
 LONGEST = 30    # rows in a row that can be filled
-MOST = 30000    # holes of a record that are filled one by one
 
 
 def autocovariance(simulator):
@@ -29,31 +27,7 @@ def autocovariance(simulator):
     return np.fft.irfft(nominal.at(np.ones(len(nominal.names)))[0], axis=0)[:lags]
 
 
-def without_rails(samples, effects):
-    """
-    Return the samples with those at the rails of a `saturation` among effects missing.
-
-    What a rail cut off is told from its neighbours like a lost sample; where it cut off too much
-    for that, the samples are returned as they are.
-    """
-    limit = min((e.limit_m_s2 for e in effects if e.name == 'saturation'), default=np.inf)
-    with np.errstate(invalid='ignore'):
-        railed = np.abs(samples.values) >= limit
-    at = runs(railed.any(axis=1))
-    if not 0 < len(at) <= MOST or max(last - first for first, last in at) > LONGEST:
-        return samples
-    return replace(samples, values=np.where(railed, np.nan, samples.values))
-
-
-def filled(simulator, samples):
-    """Return the samples with every hole filled that is short, unless there are too many."""
-    short = [last - first <= LONGEST for first, last in runs(np.isnan(samples.values).any(axis=1))]
-    if not any(short) or len(short) > MOST:
-        return samples
-    return replace(samples, values=fill(samples.values, autocovariance(simulator), strict=False))
-
-
-def fill(rows, covariance, strict=True):
+def fill(rows, covariance):
     """
     Return rows without gaps.
 
@@ -63,8 +37,6 @@ def fill(rows, covariance, strict=True):
         NaN where a sample is missing; runs of up to LONGEST rows.
     covariance : ndarray, shape (m, l, l)
         Of `autocovariance`.
-    strict : bool
-        Whether longer runs are an error; otherwise they are left.
 
     Returns
     -------
@@ -82,8 +54,6 @@ def fill(rows, covariance, strict=True):
     out, inverses = rows.copy(), {}
     for first, last in runs(gone.any(axis=1)):
         if last - first > LONGEST:
-            if not strict:
-                continue
             raise ValueError(f'{last - first} rows are missing in a row; up to {LONGEST} can be '
                              'filled')
         begin, end = max(0, first - REACH), min(len(rows), last + REACH)

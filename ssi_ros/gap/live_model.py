@@ -10,8 +10,8 @@ from ssi_ros.gap.alarm import Bank, bets_on
 from ssi_ros.gap.candidate import Candidate, starting_points
 from ssi_ros.gap.expected import Expected
 from ssi_ros.gap.fit import Simulator
-from ssi_ros.gap.holes import autocovariance
 from ssi_ros.gap.likelihood import hermitian, real_vectors, white
+from ssi_ros.gap.live_holes import autocovariance
 from ssi_ros.gap.live_score import sight, statistics
 from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.gap.spectra import Frame, make_frame, spectra

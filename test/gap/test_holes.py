@@ -1,11 +1,17 @@
-"""What was lost or cut off is told from its neighbours, as far as the model knows."""
+"""What was lost or cut off is drawn as the model has it, given what is there."""
 from dataclasses import replace
 
-from gap_records import record
+from gap_records import evidence_of, record, SETTINGS
 import numpy as np
 import pytest
-from ssi_ros.effects import parse_effect
-from ssi_ros.gap.holes import filled, LONGEST, without_rails
+from ssi_ros.effects import inject, parse_effect, simulate_setup
+from ssi_ros.gap.fit import fit
+from ssi_ros.gap.holes import completed, filled, LONGEST_S, without_rails
+from ssi_ros.gap.indirect import at_levels
+from ssi_ros.gap.spectra import make_frame
+from ssi_ros.model import load_spacecraft
+
+RATE_HZ = 100.0
 
 
 @pytest.fixture(scope='module')
@@ -23,26 +29,83 @@ def simulator(both):
     return both[1]
 
 
-def test_what_a_rail_cut_off_is_told_from_its_neighbours(samples, simulator):
-    """Three parts in a thousand at the rails: half of the error of the clipped record is left."""
-    limit = np.quantile(np.abs(samples.values), 0.997)
-    clipped = replace(samples, values=np.clip(samples.values, -limit, limit))
-    rails = [parse_effect(f'saturation:limit_m_s2={limit:.17g}')]
-    whole = filled(simulator, without_rails(clipped, rails))
+def clipped_at(samples, limit):
+    """Return clipped samples, and the effect that clips them."""
+    return (replace(samples, values=np.clip(samples.values, -limit, limit)),
+            [parse_effect(f'saturation:limit_m_s2={limit:.17g}')])
+
+
+def test_what_a_rail_cut_off_is_drawn_from_beyond_it(samples, simulator):
+    """Three parts in a hundred at the rails: less error than that of the clipped record is left."""
+    limit = np.quantile(np.abs(samples.values), 0.97)
+    clipped, rails = clipped_at(samples, limit)
+    whole = filled(simulator, *without_rails(clipped, rails))
     cut = np.abs(clipped.values) >= limit
     assert np.array_equal(whole.values[~cut], clipped.values[~cut])
+    assert np.all(whole.values[cut] * np.sign(clipped.values[cut]) >= limit * (1 - 1e-9))
     left, lost = ((s.values - samples.values)[cut] for s in (whole, clipped))
-    assert np.sqrt(np.mean(left ** 2)) < 0.5 * np.sqrt(np.mean(lost ** 2))
+    assert np.sqrt(np.mean(left ** 2)) < 0.6 * np.sqrt(np.mean(lost ** 2))
+
+
+@pytest.mark.parametrize('share', [0.02, 0.2])
+def test_lost_rows_leave_the_valleys_of_the_spectrum_as_they_are(samples, simulator, share):
+    """The noise of the sensors, 40 dB below the resonances, is that of the whole record."""
+    values = samples.values.copy()
+    values[np.random.default_rng(5).random(len(values)) < share] = np.nan
+    whole = filled(simulator, replace(samples, values=values))
+    before, after = (fit(simulator, evidence_of(simulator, s)) for s in (samples, whole))
+    assert after.levels[-1] / before.levels[-1] == pytest.approx(1.0, abs=0.25)
+    assert abs(after.likelihood - before.likelihood) < 4 * np.sqrt(len(values))
+
+
+def test_level_and_bias_are_told_with_the_holes():
+    """A loud record with biased sensors, cut at the rails: both come out as they are."""
+    level, bias, seconds = 2.0, np.array([4e-3, 0.0, -4e-3, 0.0]), 300.0
+    loud = at_levels(load_spacecraft(), np.array([level, level, 1.0]))
+    raw = simulate_setup(inject(loud, (), seconds), 11)
+    raw = replace(raw, values=raw.values + bias)
+    clipped, rails = clipped_at(raw, 0.1)
+    _, simulator = record(seconds)
+    simulator, whole, _, levels = completed(simulator, *without_rails(clipped, rails), SETTINGS)
+    assert 0.01 < np.mean(np.abs(clipped.values) >= 0.1) < 0.1
+    assert levels[1] == pytest.approx(level, rel=0.01) and levels[-1] < 1.3
+    there = np.abs(clipped.values) < 0.1
+    for c, (mean, true) in enumerate(zip(bias, raw.values.mean(axis=0))):
+        told = (clipped.values - whole.values)[there[:, c], c].mean()
+        assert told == pytest.approx(true, abs=2e-4), c
+        assert true == pytest.approx(mean, abs=2e-4)
 
 
 def test_what_cannot_be_told_is_left(samples, simulator):
     """Rails that half of the samples are at, and a hole too long, stay as they are."""
-    limit = np.median(np.abs(samples.values))
-    rails = [parse_effect(f'saturation:limit_m_s2={limit:.17g}')]
-    assert without_rails(samples, rails) is samples
-    assert without_rails(samples, []) is samples
-    values = samples.values.copy()
-    values[1000:1001 + LONGEST], values[5000] = np.nan, np.nan
+    limit = np.median(np.abs(samples.values)) / 4
+    clipped, rails = clipped_at(samples, limit)
+    assert without_rails(clipped, rails)[0] is clipped
+    assert without_rails(samples, [])[0] is samples
+    values, longest = samples.values.copy(), int(LONGEST_S * RATE_HZ)
+    values[1000:1001 + longest], values[5000] = np.nan, np.nan
     whole = filled(simulator, replace(samples, values=values))
-    assert np.isnan(whole.values[1000:1001 + LONGEST]).all()
+    assert np.isnan(whole.values[1000:1001 + longest]).all()
     assert np.isfinite(whole.values[5000]).all()
+
+
+def test_long_records_are_filled_in_blocks(samples, simulator, monkeypatch):
+    """What a block draws at its end, the next one knows: the valleys stay as they are."""
+    monkeypatch.setattr('ssi_ros.gap.holes.BLOCK_S', 40.0)
+    monkeypatch.setattr('ssi_ros.gap.holes.BESIDE_S', 20.0)
+    values = samples.values.copy()
+    values[np.random.default_rng(6).random(len(values)) < 0.05] = np.nan
+    whole = filled(simulator, replace(samples, values=values))
+    before, after = (fit(simulator, evidence_of(simulator, s)) for s in (samples, whole))
+    assert np.isfinite(whole.values).all()
+    assert after.levels[-1] / before.levels[-1] == pytest.approx(1.0, abs=0.25)
+
+
+def test_the_frame_of_a_filled_record_knows_no_holes(samples, simulator):
+    """Its taper overlaps itself as that of a whole record does."""
+    values = samples.values.copy()
+    values[::50] = np.nan
+    rails = np.full(values.shape, np.nan)
+    side, *_ = completed(simulator, replace(samples, values=values), rails, SETTINGS)
+    whole = make_frame(len(values), RATE_HZ, SETTINGS)
+    np.testing.assert_array_equal(side.frame.overlap, whole.overlap)
