@@ -65,7 +65,7 @@ def too_little(reason):
         (unknown,), {'effects': (), 'class': (), 'probability': 0.0}, ())
 
 
-def conclude(ranked, before, left, gap, where, scores, signs, words, settings, effects,
+def conclude(ranked, before, left, strange, gap, where, scores, signs, words, settings, effects,
              controls=()):
     """
     Return the answer where there is a gap.
@@ -78,6 +78,8 @@ def conclude(ranked, before, left, gap, where, scores, signs, words, settings, e
         The nominal model.
     left : float
         p-value of what the best candidate leaves.
+    strange : float
+        p-value of what in the record no effect of the library makes.
     gap, where : dict
         As in the answer.
     scores : Scores
@@ -106,7 +108,8 @@ def conclude(ranked, before, left, gap, where, scores, signs, words, settings, e
                          {'effects': (), 'class': (), 'probability': 0.0}, (), words)
     best = ranked[0]
     inside = best.deviations <= INSIDE and left >= LEFT_OVER
-    shares, none, unknown = posterior(ranked, before, left, effects, settings.temperature)
+    shares, none, unknown = posterior(ranked, before, left, strange, effects,
+                                      settings.temperature)
     order = np.argsort(-shares, kind='stable')
     ranked, shares = [ranked[i] for i in order], shares[order]
     found = [_explanation(r, p, before, scores, signs, settings) for r, p in zip(ranked, shares)]

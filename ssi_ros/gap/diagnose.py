@@ -189,8 +189,9 @@ def _diagnose(spacecraft, samples, settings, names, pairs, present, tell):
     controls = [before] + [try_held_out(simulator, evidence, r, settings, tolerance)
                            for r in search.at_random(templates, ranked)]
     tell(1.0)
-    found = conclude(ranked, before, left, gap, where, scores, signs, texts(shown), settings,
-                     len(names), controls)
+    strange = min((s.p_value for s in odd), default=1.0)
+    found = conclude(ranked, before, left, strange, gap, where, scores, signs, texts(shown),
+                     settings, len(names), controls)
     if found.outcome not in ('EXPLAINED', 'TIED'):
         return found
     best = next(r for r in ranked if r.names == found.verdict['effects'])

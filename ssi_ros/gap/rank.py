@@ -199,11 +199,12 @@ def closed(before, after):
     return closed_share(whole, left, np.mean([g.floor for g in gaps]), spread * scatter)
 
 
-def posterior(ranked, nominal, left, effects, temperature):
+def posterior(ranked, nominal, left, strange, effects, temperature):
     """
     Return probabilities of the candidates, of "none" and of "unknown", which sum to 1, eq. (113b).
 
-    Unknown is also what another effect, too small to be told, adds to a single one.
+    Unknown is also what another effect, too small to be told, adds to a single one.  Its odds
+    against the best candidate are told by what that leaves, against none by what is strange.
 
     Parameters
     ----------
@@ -213,6 +214,8 @@ def posterior(ranked, nominal, left, effects, temperature):
         The model without effects.
     left : float
         p-value of what the best candidate leaves.
+    strange : float
+        p-value of what in the record no effect of the library makes.
     effects : int
         Effects that were considered.
     temperature : float
@@ -230,8 +233,10 @@ def posterior(ranked, nominal, left, effects, temperature):
     logs = np.array([r.evidence for r in ranked] + [nominal.evidence]) + np.array(
         prior + [np.log(NONE)])
     # Where something else is there, what is left is improbable: p has the density a p^(a - 1).
-    odds = np.log(UNKNOWN / SINGLE * SHARP) + (SHARP - 1) * np.log(max(left, 1e-300))
-    logs = np.append((logs - logs.max()) / temperature, odds)
+    rest, odd = (np.log(SHARP) + (SHARP - 1) * np.log(max(p, 1e-300)) for p in (left, strange))
+    logs = (logs - logs.max()) / temperature
+    logs = np.append(logs, max(np.log(UNKNOWN / SINGLE) + rest,
+                               np.log(UNKNOWN / NONE) + odd + logs[-1]))
     weights = np.exp(logs - logs.max())
     alone = [w for r, w in zip(ranked, weights) if len(r.names) == 1]
     weights[-1] += PAIR / SINGLE * UNSEEN * sum(alone)
