@@ -16,7 +16,7 @@ from ssi_ros.gap.reference.coupled import mixed_modes
 from ssi_ros.gap.reference.distance import data_floor, Distance, measure
 from ssi_ros.gap.reference.extra import (
     has_each_mode, of_line, of_pulses, of_sign, stiffness_drift)
-from ssi_ros.gap.reference.fit import fit, level_of
+from ssi_ros.gap.reference.fit import cleared, fit, level_of
 from ssi_ros.gap.reference.forms import all_forms
 from ssi_ros.gap.reference.joint import joint, OTHER_LEVEL
 from ssi_ros.gap.reference.nominal import make_nominal, modes_of, moves
@@ -25,12 +25,13 @@ from ssi_ros.gap.reference.period import period_of
 from ssi_ros.gap.reference.pieces import plan, silent_in_all, spectra_of
 from ssi_ros.gap.reference.rank import closed, EXACT, MODAL, SURE, try_held_out, worth
 from ssi_ros.gap.reference.screen import screen
+from ssi_ros.gap.reference.sweep import of_sweep, sweep
 from ssi_ros.gap.reference.where import locate
 from ssi_ros.gap.settings import DiagnosisSettings
 from threadpoolctl import ThreadpoolController
 
 BLAS = ThreadpoolController()   # more threads only slow these small matrices down
-TRIALS = 5              # tests for a gap: distance, scores, level, pulses, lines
+TRIALS = 6              # tests for a gap: distance, scores, level, pulses, lines, sweeps
 EACH = 2                # places of one effect that are fitted
 TRIED = 6               # fits that go on to held-out groups
 LEVEL_SURE = 2.0        # standard deviations of a level that must be left of its difference
@@ -128,6 +129,8 @@ def _diagnose(reference, record, settings, names, pairs, tell):
     sure = level if abs(level) > LEVEL_SURE * unsure else 0.0
     forms = [_of_sign(s, clean, cut, levels, sure, base, two) for s in signs
              if s.effect != 'stiffness_drift']
+    for form in forms:
+        bonuses[form.effect] += max(cleared(nominal, base, one, two, form), 0.0)
     drift = stiffness_drift(nominal) if 'stiffness_drift' in names else None
     if drift is not None:
         forms.append(drift)
@@ -173,6 +176,7 @@ def _signs(pair, reference, record, cut, usual, level, found, two, names):
     levels = _levels(left[1], two)
     signs = [look.losses(pair.missing), look.steps(*raw), look.rails(*raw, pair.channels),
              look.level_swings(*left, cut.rate_hz), look.pulses(*left, cut.rate_hz),
+             sweep(*left, cut.rate_hz),
              look.line(pair.reference, pair.record, cut, usual, float(np.exp(level)))]
     track = _common_track(found)
     if track is not None:
@@ -201,6 +205,8 @@ def _of_sign(sign, clean, cut, levels, level, base, two):
         return of_line(sign, cut, clean.channels)
     if sign.effect == 'impulsive_events':
         return of_pulses(sign, base, two.mean)
+    if sign.effect == 'wheel_speed_sweep':
+        return of_sweep(sign, two, len(clean.record) / clean.rate_hz)
     return of_sign(sign, clean, cut, levels, level)
 
 
@@ -297,6 +303,7 @@ def _try_all(nominal, one, two, candidates, base, bonuses, floor, tell):
 def _levelled(two, forms):
     for form in forms:
         two = two if form.levels is None else two.levelled(form.levels)
+        two = two if form.crossed is None else two.without(form.crossed)
     return two
 
 

@@ -61,6 +61,8 @@ class Form:
         Among how many this one was chosen.
     levels : ndarray, shape (g,), optional
         Power of each group of the record over its mean, for a level that wanders.
+    crossed : ndarray of bool, shape (g, b), optional
+        Cells of the record that hold what comes and goes, and are left out with it.
     constants : dict
         Numbers that were read off the samples, {name: (value, unit)}.
     begin : ndarray, shape (p,), optional
@@ -82,6 +84,7 @@ class Form:
     also: tuple = ()
     places: int = 1
     levels: np.ndarray = None
+    crossed: np.ndarray = None
     constants: dict = field(default_factory=dict)
     begin: np.ndarray = None
     whole: bool = False
