@@ -19,6 +19,7 @@ from ssi_ros.gap.reference.extra import (
 from ssi_ros.gap.reference.fit import cleared, fit, level_of
 from ssi_ros.gap.reference.forms import all_forms
 from ssi_ros.gap.reference.joint import joint, OTHER_LEVEL
+from ssi_ros.gap.reference.misplaced import begun
 from ssi_ros.gap.reference.nominal import make_nominal, modes_of, moves
 from ssi_ros.gap.reference.pair import dithered, make_pair
 from ssi_ros.gap.reference.period import period_of
@@ -142,6 +143,8 @@ def _diagnose(reference, record, settings, names, pairs, tell):
     if gap.deviations > FAR:
         forms += _nearest(nominal, found.forms, one, two)
         forms += _farther(nominal, pair.record, forms)
+        forms += [begun(nominal, f, two.mean) for f in found.forms
+                  if f.effect == 'sensor_misplacement']
     ranked = _try_all(nominal, one, two, [(f,) for f in forms], base, bonuses, (scatter, gross),
                       lambda share: tell(0.4 + 0.35 * share))
     if pairs and ranked and ranked[0].deviations > MORE and ranked[0].tolerance == MODAL and (

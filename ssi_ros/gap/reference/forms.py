@@ -335,7 +335,42 @@ def damping_scale(nominal):
             'some modes are damped otherwise', ('attitude_controller', 'fuel_slosh'))
 
 
-FORMS = (excitation_colour, sensor_gain, sensor_crosstalk, channel_delay, sensor_bandwidth,
+def sensor_misplacement(nominal):
+    """Yield the components of all modes at one channel, each changed on its own, eq. (171)."""
+    modes, width = nominal.modes, len(nominal.channels)
+    if not len(modes) or width < 2:
+        return
+    picks = mode_picks(nominal)
+    for c, name in enumerate(nominal.channels):
+        def change(n, x, c=c):
+            gain = np.tile(np.eye(width, dtype=complex), (n.cut.bands, 1, 1))
+            gain[:, c] += np.tensordot(x, picks, 1)
+            return gain, None
+        yield Form('sensor_misplacement', {'channel': name}, tuple(
+            Number(f'component_{at_mode(f)}', '1', 0.01, -3.0, 3.0)
+            for f in modes.frequencies_hz), change,
+            'one channel sees every mode otherwise, and the others do not')
+
+
+def mode_picks(nominal):
+    """
+    Return the rows that pick each mode out of the channels where it has the word, (m, b, l).
+
+    It has it up to half-way to the next; those within reach are told apart by their shapes.
+    """
+    modes, cut = nominal.modes, nominal.cut
+    found = []
+    for i, (f, xi) in enumerate(zip(modes.frequencies_hz, modes.damping_ratios)):
+        others = modes.frequencies_hz[np.abs(modes.frequencies_hz - f) > reach_hz(f, xi, cut)]
+        halves = [np.abs(o - f).min(initial=np.inf) / 2 for o in (others[others < f],
+                                                                  others[others > f])]
+        away = cut.middles_hz - f
+        share = 1 / (1 + (away / np.where(away < 0, *halves)) ** 8)
+        found.append(share[:, None] * modes.duals[:, i].conj())
+    return np.array(found)
+
+
+FORMS = (excitation_colour, sensor_gain, sensor_crosstalk, sensor_misplacement, channel_delay, sensor_bandwidth,
          sensor_noise, sensor_drift, timestamp_jitter, stiffness_scale, damping_scale)
 
 
