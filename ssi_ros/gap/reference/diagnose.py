@@ -15,15 +15,17 @@ from ssi_ros.gap.reference.conclude import conclude
 from ssi_ros.gap.reference.coupled import mixed_modes
 from ssi_ros.gap.reference.distance import data_floor, Distance, measure
 from ssi_ros.gap.reference.extra import (
-    has_each_mode, of_line, of_pulses, of_sign, stiffness_drift)
+    has_each_mode, of_line, of_sign, stiffness_drift)
 from ssi_ros.gap.reference.fit import cleared, fit, level_of
 from ssi_ros.gap.reference.forms import all_forms
+from ssi_ros.gap.reference.innovation import predictor
 from ssi_ros.gap.reference.joint import joint, OTHER_LEVEL
 from ssi_ros.gap.reference.misplaced import begun
 from ssi_ros.gap.reference.nominal import make_nominal, modes_of, moves
 from ssi_ros.gap.reference.pair import dithered, make_pair
 from ssi_ros.gap.reference.period import period_of
 from ssi_ros.gap.reference.pieces import plan, silent_in_all, spectra_of
+from ssi_ros.gap.reference.pulses import of_pulses, pulses
 from ssi_ros.gap.reference.rank import closed, EXACT, MODAL, SURE, try_held_out, worth
 from ssi_ros.gap.reference.screen import screen
 from ssi_ros.gap.reference.sweep import of_sweep, sweep
@@ -128,8 +130,8 @@ def _diagnose(reference, record, settings, names, pairs, tell):
     bonuses = {s.effect: EXACT if s.p_value <= look.NEVER else min(CLEAR, -np.log(s.p_value))
                for s in signs}
     sure = level if abs(level) > LEVEL_SURE * unsure else 0.0
-    forms = [_of_sign(s, clean, cut, levels, sure, base, two) for s in signs
-             if s.effect != 'stiffness_drift']
+    forms = [f for s in signs if s.effect != 'stiffness_drift'
+             for f in _of_sign(s, clean, cut, levels, sure, base, two)]
     for form in forms:
         bonuses[form.effect] += max(cleared(nominal, base, one, two, form), 0.0)
     drift = stiffness_drift(nominal) if 'stiffness_drift' in names else None
@@ -175,10 +177,10 @@ def _gap(nominal, base, one, two):
 def _signs(pair, reference, record, cut, usual, level, found, two, names):
     raw = [s.values[:, [s.channels.index(c) for c in pair.channels]]
            for s in (reference, record)]
-    left = [look.residual(v) for v in (pair.reference, pair.record)]
+    left = [predictor(v).residual(v) for v in (pair.reference, pair.record)]
     levels = _levels(left[1], two)
     signs = [look.losses(pair.missing), look.steps(*raw), look.rails(*raw, pair.channels),
-             look.level_swings(*left, cut.rate_hz), look.pulses(*left, cut.rate_hz),
+             look.level_swings(*left, cut.rate_hz), pulses(*left, cut.rate_hz),
              sweep(*left, cut.rate_hz),
              look.line(pair.reference, pair.record, cut, usual, float(np.exp(level)))]
     track = _common_track(found)
@@ -192,25 +194,25 @@ def _signs(pair, reference, record, cut, usual, level, found, two, names):
 
 def _one_cause_of_bursts(signs, joints):
     """Return signs and joints without the weaker of pulses and of a joint that strikes."""
-    pulses = [-np.log(max(s.p_value, look.NEVER)) for s in signs
+    knocks = [min(CLEAR, -np.log(max(s.p_value, look.NEVER))) for s in signs
               if s.effect == 'impulsive_events']
     strikes = [j.bursts for j in joints if j.bursts > 0.0]
-    if pulses and strikes:
-        if max(strikes) > max(pulses):
+    if knocks and strikes:
+        if max(strikes) > max(knocks):
             return [s for s in signs if s.effect != 'impulsive_events'], joints
         return signs, ()
     return signs, joints
 
 
 def _of_sign(sign, clean, cut, levels, level, base, two):
-    """Return the form of a sign."""
-    if sign.effect == 'harmonic_disturbance':
-        return of_line(sign, cut, clean.channels)
+    """Return the forms of a sign."""
     if sign.effect == 'impulsive_events':
-        return of_pulses(sign, base, two.mean)
+        return of_pulses(sign, predictor(clean.record), clean.record, base, two)
+    if sign.effect == 'harmonic_disturbance':
+        return [of_line(sign, cut, clean.channels)]
     if sign.effect == 'wheel_speed_sweep':
-        return of_sweep(sign, two, len(clean.record) / clean.rate_hz)
-    return of_sign(sign, clean, cut, levels, level)
+        return [of_sweep(sign, two, len(clean.record) / clean.rate_hz)]
+    return [of_sign(sign, clean, cut, levels, level)]
 
 
 def _common_track(found):

@@ -112,29 +112,22 @@ def distortion_of(nominal, base, seen):
     usual = np.einsum('bii->bi', base.prediction.mean).real
     ratio = uniform_filter1d(there, NEIGHBOURS, axis=0) / uniform_filter1d(usual, NEIGHBOURS, 0)
     mostly = np.median(ratio, axis=1) > ABOVE
-    excess = np.where(mostly[:, None, None], seen - base.prediction.mean, 0.0)
-    added = _positive(excess)
+    added = _positive(np.where(mostly[:, None, None], seen - base.prediction.mean, 0.0))
     share = np.einsum('bii->i', added).real / there.sum(axis=0)
     return added / np.exp(base.x[0]), share
 
 
-def _positive(excess):
-    """Return what of an excess, smooth over three bands, is a spectrum, (b, l, l)."""
-    smooth = uniform_filter1d(excess.real, 3, 0) + 1j * uniform_filter1d(excess.imag, 3, 0)
+def excess(base, seen):
+    """Return what a record has beyond the level, at that of the reference, (b, l, l)."""
+    return _positive(seen - base.prediction.mean) / np.exp(base.x[0])
+
+
+def _positive(difference):
+    """Return what of a difference, smooth over three bands, is a spectrum, (b, l, l)."""
+    smooth = uniform_filter1d(difference.real, 3, 0) + 1j * uniform_filter1d(
+        difference.imag, 3, 0)
     values, vectors = np.linalg.eigh(smooth)
     return (vectors * np.maximum(values, 0.0)[:, None, :]) @ vectors.conj().swapaxes(-1, -2)
-
-
-def of_pulses(sign, base, seen):
-    """
-    Return the form of pulses: what the record has beyond the level, smooth over three bands.
-
-    Where they strike and what rings nobody knows, so their spectrum is measured; each number of it
-    is paid for.
-    """
-    added = _positive(seen - base.prediction.mean) / np.exp(base.x[0])
-    return Form(sign.effect, sign.place, (), lambda n, x: (None, added), sign.text,
-                constants=sign.numbers, measured=added.size / 3)
 
 
 def nonlinearity(nominal, effect, added, meaning, also):

@@ -44,7 +44,7 @@ class Sonogram:
     channels: int
 
 
-def sonogram(left, longer):
+def sonogram(left, rows):
     """
     Return the sonogram of what the past does not predict.
 
@@ -52,15 +52,14 @@ def sonogram(left, longer):
     ----------
     left : ndarray, shape (n, l)
         Residuals of unit variance.
-    longer : int
-        How many times longer than the shortest pieces, which have as many bins as there are.
+    rows : int
+        Of a piece, even.
 
     Returns
     -------
     Sonogram
 
     """
-    rows = int(longer * max(np.sqrt(2 * len(left)), 2 * len(left) / MOST_PIECES)) // 2 * 2
     taper = np.hanning(rows + 2)[1:-1]
     pieces = np.lib.stride_tricks.sliding_window_view(left, rows, axis=0)[::rows // 2]
     powers = np.zeros((len(pieces), rows // 2 + 1))
@@ -99,8 +98,14 @@ def sweep(left_one, left_two, rate_hz):
     Sign or None
 
     """
-    found = [_along(*(sonogram(v, longer) for v in (left_one, left_two)), rate_hz)
-             for longer in LONGER]
+    # the shortest pieces have as many bins as there are pieces
+    shortest = max(np.sqrt(2 * len(left_two)), 2 * len(left_two) / MOST_PIECES)
+    sizes = [int(longer * shortest) // 2 * 2 for longer in LONGER]
+    sizes = [rows for rows in sizes if LEAST_PIECES * rows < 2 * min(len(left_one), len(left_two))]
+    if not sizes:
+        return None
+    found = [_along(*(sonogram(v, rows) for v in (left_one, left_two)), rate_hz)
+             for rows in sizes]
     chance = min(f[0] for f in found) * len(LONGER)
     if not chance < SURE:
         return None
@@ -114,8 +119,6 @@ def sweep(left_one, left_two, rate_hz):
 def _along(one, two, rate_hz):
     """Return the chance of the best straight line, its ends [Hz] and its size in deviations."""
     count, bins = two.powers.shape
-    if count < LEAST_PIECES:
-        return 1.0, 0.0, 0.0, 0.0
     # a mode that rings long, or a shaker's signal, has its variance in the reference, too
     units = ((two.powers - 1) / np.sqrt(one.usual)).astype(np.float32)
     steps = np.arange(count) / (count - 1)
