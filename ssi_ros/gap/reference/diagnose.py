@@ -28,13 +28,14 @@ from ssi_ros.gap.reference.pieces import plan, silent_in_all, spectra_of
 from ssi_ros.gap.reference.pulses import of_pulses, pulses
 from ssi_ros.gap.reference.rank import closed, EXACT, MODAL, SURE, try_held_out, worth
 from ssi_ros.gap.reference.screen import screen
+from ssi_ros.gap.reference.shifted import shifted_modes
 from ssi_ros.gap.reference.sweep import of_sweep, sweep
 from ssi_ros.gap.reference.where import locate
 from ssi_ros.gap.settings import DiagnosisSettings
 from threadpoolctl import ThreadpoolController
 
 BLAS = ThreadpoolController()   # more threads only slow these small matrices down
-TRIALS = 6              # tests for a gap: distance, scores, level, pulses, lines, sweeps
+TRIALS = 7              # tests: distance, scores, level, pulses, lines, sweeps, modes
 EACH = 2                # places of one effect that are fitted
 TRIED = 6               # fits that go on to held-out groups
 LEVEL_SURE = 2.0        # standard deviations of a level that must be left of its difference
@@ -110,12 +111,13 @@ def _diagnose(reference, record, settings, names, pairs, tell):
     tell(0.25)
     gap, scatter = _gap(nominal, base, one, two)
     signs, levels = _signs(pair, reference, record, searched, usual, level, found, two, names)
-    tests = [found.p_value, norm.sf(gap.deviations)] + [s.p_value for s in signs]
+    shifted = shifted_modes(pair.reference, pair.record, pair.channels, pair.rate_hz)
+    tests = [found.p_value, norm.sf(gap.deviations), shifted.p_value] + [s.p_value for s in signs]
     p_value = float(min(1.0, TRIALS * min(tests)))
     told = {'before': gap.value, 'floor': gap.floor, 'floor_std': gap.floor_std,
             'p_value': p_value}
     where = locate(nominal, base, one, two)
-    texts = notes + tuple(s.text for s in signs)
+    texts = notes + tuple(s.text for s in (*signs, shifted) if s.text)
     if p_value > settings.false_alarm:
         tell(1.0)
         owners = [found.forms[k] for k in found.owner]
@@ -147,6 +149,9 @@ def _diagnose(reference, record, settings, names, pairs, tell):
         forms += _farther(nominal, pair.record, forms)
         forms += [begun(nominal, f, two.mean) for f in found.forms
                   if f.effect == 'sensor_misplacement']
+    if shifted.text:
+        forms += [f for f in found.forms if f.effect == 'stiffness_scale']
+    forms = [shifted.tell(f) for f in forms]
     ranked = _try_all(nominal, one, two, [(f,) for f in forms], base, bonuses, (scatter, gross),
                       lambda share: tell(0.4 + 0.35 * share))
     if pairs and ranked and ranked[0].deviations > MORE and ranked[0].tolerance == MODAL and (

@@ -18,6 +18,7 @@ from ssi_ros.gap.reference.nominal import reach_hz
 
 POINTS = 17             # at which a resonance is averaged over a band
 WIDER = 1.5             # times its way, the distance from a mode at which its move still counts
+LEAST_CHANNELS = 3      # to tell one that moved from a structure that did
 LAGS = (0.3, 3.0)       # time constants of slow noise that a fit starts from, in 1 / lowest f
 
 
@@ -73,6 +74,8 @@ class Form:
         The same effect at the same place, of another make.
     measured : float
         How many numbers were taken from the record itself, at half a nat each.
+    odds : float
+        Log odds that speak for the effect where no spectrum does.
 
     """
 
@@ -90,6 +93,7 @@ class Form:
     whole: bool = False
     variants: tuple = ()
     measured: float = 0.0
+    odds: float = 0.0
 
     @property
     def start(self):
@@ -336,9 +340,13 @@ def damping_scale(nominal):
 
 
 def sensor_misplacement(nominal):
-    """Yield the components of all modes at one channel, each changed on its own, eq. (171)."""
+    """
+    Yield the components of all modes at one channel, each changed on its own, eq. (171).
+
+    Of two channels nobody could say which moved, or whether the structure did.
+    """
     modes, width = nominal.modes, len(nominal.channels)
-    if not len(modes) or width < 2:
+    if not len(modes) or width < LEAST_CHANNELS:
         return
     picks = mode_picks(nominal)
     for c, name in enumerate(nominal.channels):
@@ -370,8 +378,9 @@ def mode_picks(nominal):
     return np.array(found)
 
 
-FORMS = (excitation_colour, sensor_gain, sensor_crosstalk, sensor_misplacement, channel_delay, sensor_bandwidth,
-         sensor_noise, sensor_drift, timestamp_jitter, stiffness_scale, damping_scale)
+FORMS = (excitation_colour, sensor_gain, sensor_crosstalk, sensor_misplacement, channel_delay,
+         sensor_bandwidth, sensor_noise, sensor_drift, timestamp_jitter, stiffness_scale,
+         damping_scale)
 
 
 def all_forms(nominal, names=None):
