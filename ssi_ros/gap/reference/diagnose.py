@@ -22,6 +22,7 @@ from ssi_ros.gap.reference.innovation import predictor
 from ssi_ros.gap.reference.joint import joint, OTHER_LEVEL
 from ssi_ros.gap.reference.misplaced import begun
 from ssi_ros.gap.reference.nominal import make_nominal, modes_of, moves
+from ssi_ros.gap.reference.nutation import line_or_mode
 from ssi_ros.gap.reference.pair import dithered, make_pair
 from ssi_ros.gap.reference.period import period_of
 from ssi_ros.gap.reference.pieces import plan, silent_in_all, spectra_of
@@ -112,13 +113,15 @@ def _diagnose(reference, record, settings, names, pairs, tell):
     gap, scatter = _gap(nominal, base, one, two)
     signs, levels = _signs(pair, reference, record, searched, usual, level, found, two, names)
     shifted = shifted_modes(pair.reference, pair.record, pair.channels, pair.rate_hz)
-    tests = [found.p_value, norm.sf(gap.deviations), shifted.p_value] + [s.p_value for s in signs]
+    tests = [found.p_value, norm.sf(gap.deviations), shifted.p_value] + [
+        s.p_value for s in signs if not s.faint]
     p_value = float(min(1.0, TRIALS * min(tests)))
     told = {'before': gap.value, 'floor': gap.floor, 'floor_std': gap.floor_std,
             'p_value': p_value}
     where = locate(nominal, base, one, two)
     texts = notes + tuple(s.text for s in (*signs, shifted) if s.text)
     if p_value > settings.false_alarm:
+        texts = notes + tuple(s.text for s in signs if not s.faint)
         tell(1.0)
         owners = [found.forms[k] for k in found.owner]
         small = unseen(found.z, [(f.effect, *f.also) for f in owners], np.zeros(len(owners), bool),
@@ -129,8 +132,8 @@ def _diagnose(reference, record, settings, names, pairs, tell):
     joints, texts_joint = joint(nominal, base, one, two, pair, dependence, names)
     tell(0.4)
     signs, joints = _one_cause_of_bursts(signs, joints)
-    bonuses = {s.effect: EXACT if s.p_value <= look.NEVER else min(CLEAR, -np.log(s.p_value))
-               for s in signs}
+    bonuses = {s.effect: 0.0 if s.faint else EXACT if s.p_value <= look.NEVER
+               else min(CLEAR, -np.log(s.p_value)) for s in signs}
     sure = level if abs(level) > LEVEL_SURE * unsure else 0.0
     forms = [f for s in signs if s.effect != 'stiffness_drift'
              for f in _of_sign(s, clean, cut, levels, sure, base, two)]
@@ -144,11 +147,15 @@ def _diagnose(reference, record, settings, names, pairs, tell):
     bonuses.update({j.form.effect: j.bonus for j in joints})
     before = try_held_out(nominal, one, two, base, scatter)
     gross = gap.deviations > GROSS
+    there = modes_of(nominal, pair.record)
     if gap.deviations > FAR:
         forms += _nearest(nominal, found.forms, one, two)
-        forms += _farther(nominal, pair.record, forms)
+        forms += _farther(nominal, there, forms)
         forms += [begun(nominal, f, two.mean) for f in found.forms
                   if f.effect == 'sensor_misplacement']
+    # shapes that turn are seen in the channels of one part, and must not pass for one of them
+    mixed = mixed_modes(nominal, there)
+    forms += [mixed] if mixed is not None else []
     if shifted.text:
         forms += [f for f in found.forms if f.effect == 'stiffness_scale']
     forms = [shifted.tell(f) for f in forms]
@@ -187,7 +194,9 @@ def _signs(pair, reference, record, cut, usual, level, found, two, names):
     signs = [look.losses(pair.missing), look.steps(*raw), look.rails(*raw, pair.channels),
              look.level_swings(*left, cut.rate_hz), pulses(*left, cut.rate_hz),
              sweep(*left, cut.rate_hz),
-             look.line(pair.reference, pair.record, cut, usual, float(np.exp(level)))]
+             line_or_mode(look.line(pair.reference, pair.record, cut, usual,
+                                    float(np.exp(level))),
+                          pair.reference, pair.record, cut.rate_hz)]
     track = _common_track(found)
     if track is not None:
         slope, p = look.trend(track, two.times_s)
@@ -213,7 +222,7 @@ def _of_sign(sign, clean, cut, levels, level, base, two):
     """Return the forms of a sign."""
     if sign.effect == 'impulsive_events':
         return of_pulses(sign, predictor(clean.record), clean.record, base, two)
-    if sign.effect == 'harmonic_disturbance':
+    if 'shape' in sign.place:
         return [of_line(sign, cut, clean.channels)]
     if sign.effect == 'wheel_speed_sweep':
         return [of_sweep(sign, two, len(clean.record) / clean.rate_hz)]
@@ -265,16 +274,13 @@ def _nearest(nominal, forms, one, two):
     return [form for form, _ in sorted(chosen, key=lambda t: t[1])[:FINALISTS]]
 
 
-def _farther(nominal, record, forms):
+def _farther(nominal, there, forms):
     """Return the forms that move modes, begun where the modes of the record are."""
-    there = modes_of(nominal, record)
     way = 2 * moves(nominal.modes, there)
     if not way.any():
         return []
     found = [replace(f, begin=[np.median(way[way != 0.0])]) for f in forms
              if f.effect == 'stiffness_scale' and len(f.numbers) == 1]
-    mixed = mixed_modes(nominal, there)
-    found += [mixed] if mixed is not None else []
     return found + [replace(f, begin=np.append(way, [n.start for n in f.numbers[len(way):]]))
                     for f in forms if has_each_mode(f, len(way)) and f.effect != 'damping_scale']
 

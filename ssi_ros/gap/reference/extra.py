@@ -3,6 +3,7 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from ssi_ros.gap.reference.forms import at_mode, Form, modal_gain, Number
+from ssi_ros.gap.reference.nutation import NEW_MODES
 from ssi_ros.gap.reference.pieces import spectra_of
 
 DRIFT_STEPS = 9
@@ -75,9 +76,9 @@ def of_line(sign, cut, channels):
     shape = weight.mean(axis=1) / 2
     vector = np.array(sign.place['shape'])
     matrix = shape[:, None, None] * np.outer(vector, vector.conj())
-    return Form('harmonic_disturbance', {}, (Number('relative_power', '1', 1.0, 0.0, 100.0),),
-                lambda n, x: (None, x[0] * matrix), sign.text, ('wheel_speed_sweep',),
-                constants=sign.numbers)
+    also = NEW_MODES[1:] if sign.effect in NEW_MODES else ('wheel_speed_sweep',)
+    return Form(sign.effect, {}, (Number('relative_power', '1', 1.0, 0.0, 100.0),),
+                lambda n, x: (None, x[0] * matrix), sign.text, also, constants=sign.numbers)
 
 
 def stiffness_drift(nominal):

@@ -14,7 +14,7 @@ from ssi_ros.gap.reference.coupled import matrix_power
 from ssi_ros.gap.reference.extra import excess
 from ssi_ros.gap.reference.forms import Form, Number
 from ssi_ros.gap.reference.innovation import PREDICTED
-from ssi_ros.gap.reference.signs import NEVER, Sign
+from ssi_ros.gap.reference.signs import NEVER, Sign, WINDOWS
 
 PULSE = 5.0             # standard deviations beyond which a residual is a pulse
 FEWEST = 3              # samples or pulses
@@ -24,6 +24,7 @@ BURST = 16              # samples in which the loudest places are sought
 BEGUN = 4               # of them, with which shapes begin
 ALIKE = 24              # of the best matches, of which the next shape is the mean
 TURNS = 6               # of learning
+LEVEL = 10              # shapes around one over which the level is taken
 MOST = 400              # pulses that are counted
 
 
@@ -43,6 +44,7 @@ def pulses(left_one, left_two, rate_hz):
     Sign or None
 
     """
+    left_one, left_two = _steady(left_one), _steady(left_two)
     both = [(2 * p, count, text) for p, count, text in (
         _large(left_one, left_two), _shaped(left_one, left_two))]
     seen = [f for f in both if f[0] < SURE and f[1] >= FEWEST]
@@ -98,6 +100,12 @@ def _shaped(left_one, left_two):
     own = middle / (middle + len(left_one))
     return (own ** count * (1 + count * (1 - own)), count,
             f'{count} events of one shape are larger than all of that shape in the reference')
+
+
+def _steady(left):
+    """Return residuals over their level around: the crests of one that swings are no pulses."""
+    around = max(LEVEL * SHAPE, len(left) // WINDOWS)
+    return left / np.sqrt(uniform_filter1d((left ** 2).mean(axis=1), around))[:, None]
 
 
 def learn(left):
@@ -157,7 +165,7 @@ def of_pulses(sign, predictor, record, base, two):
 
     """
     left = predictor.residual(record)
-    shape = learn(left)
+    shape = learn(_steady(left))
     shape = shape / np.linalg.norm(shape)
     sizes = np.abs(matched(left, shape))
     count = sign.numbers['rate_per_min'][0] / 60 * len(left) / two.cut.rate_hz

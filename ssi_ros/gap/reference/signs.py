@@ -22,13 +22,18 @@ NEVER = 1e-300
 
 @dataclass(frozen=True)
 class Sign:
-    """A sign of one effect: where, with which numbers {name: (value, unit)}, and its p-value."""
+    """
+    A sign of one effect: where, with which numbers {name: (value, unit)}, and its p-value.
+
+    One that is `faint` is no gap by itself, but may explain one.
+    """
 
     effect: str
     place: dict
     numbers: dict
     p_value: float
     text: str
+    faint: bool = False
 
 
 def losses(missing):
@@ -172,9 +177,10 @@ def line(one, two, cut, usual, level):
     chance[rough] = 1 / (1 + excess[rough])
     # of a sine of amplitude A under this taper the density is A^2 T / 3
     share = power[usable] * 1.5 * cut.rate_hz / len(two) / two.var(axis=0)
-    chance[share.max(axis=1) < TOLERANCE ** 2] = 1.0
+    faint = share.max(axis=1) < TOLERANCE ** 2
     chance *= len(excess)
-    best = int(np.argmin(chance))
+    loud = np.where(faint, 1.0, chance)
+    best = int(np.argmin(loud if loud.min() < 1e-3 else chance))
     if not chance[best] < 1e-3:
         return None
     frequency = float(f_two[usable][best])
@@ -182,7 +188,7 @@ def line(one, two, cut, usual, level):
     return Sign('harmonic_disturbance', {'shape': tuple(vector)}, {
         'frequency_hz': (frequency, 'Hz'),
         'acceleration_m_s2': (float(np.linalg.norm(vector)), 'm/s^2')},
-        float(max(chance[best], 10 * NEVER)), f'a line at {frequency:.5g} Hz')
+        float(max(chance[best], 10 * NEVER)), f'a line at {frequency:.5g} Hz', bool(faint[best]))
 
 
 def _fine(values, cut):
