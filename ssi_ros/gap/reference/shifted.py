@@ -17,6 +17,7 @@ from ssi_ros.identify.shapes import mac
 SAME = 0.9              # MAC of a mode that is found again
 LIKE = 0.5              # and of a neighbour that it could be taken for
 SIZES = np.geomspace(1e-5, 0.3, 40)     # of logarithms of frequency ratios
+SURE = 1e-3             # p-value of a shift that is told
 PRICE = 3.0             # nats of an unknown size
 MOST = 100.0            # log odds that are believed
 ALL_ALIKE = ('stiffness_scale', 'stiffness_drift')
@@ -30,7 +31,7 @@ class Shifted:
     Attributes
     ----------
     p_value : float
-        Chance of the largest shift, of all modes.
+        Chance of the largest shift, of all modes; 1 where none is told.
     alike, each : float
         Log odds over chance that all frequencies changed by one factor, and each by its own.
     text : str
@@ -82,8 +83,8 @@ def shifted_modes(one, two, channels, rate_hz):
         return Shifted()
     z = ratios / spreads
     p = min(1.0, float(len(z) * 2 * student.sf(np.abs(z).max(), HOPS - 1)))
-    if p > 1e-3:
-        return Shifted(p)
+    if p > SURE:
+        return Shifted()
     most = int(np.argmax(np.abs(z)))
     each = _odds_each(z, spreads)
     told = min(each, MOST)
