@@ -153,14 +153,18 @@ def _diagnose(reference, record, settings, names, pairs, tell):
         forms += _farther(nominal, there, forms)
         forms += [begun(nominal, f, two.mean) for f in found.forms
                   if f.effect == 'sensor_misplacement']
-    # shapes that turn are seen in the channels of one part, and must not pass for one of them
-    mixed = mixed_modes(nominal, there)
-    forms += [mixed] if mixed is not None else []
     if shifted.text:
         forms += [f for f in found.forms if f.effect == 'stiffness_scale']
     forms = [shifted.tell(f) for f in forms]
     ranked = _try_all(nominal, one, two, [(f,) for f in forms], base, bonuses, (scatter, gross),
                       lambda share: tell(0.4 + 0.35 * share))
+    mixed = mixed_modes(nominal, there) if 'stiffness_scale' in names else None
+    if mixed is not None and gap.deviations <= FAR and any(
+            'sensor_misplacement' in r.names for r in ranked[:1]):
+        # shapes that turn show in the channels of one part, and shall not pass for one channel
+        ranked += _try_all(nominal, one, two, [(shifted.tell(mixed),)], base, bonuses,
+                           (scatter, gross), lambda share: None)
+        ranked.sort(key=lambda r: -r.worth)
     if pairs and ranked and ranked[0].deviations > MORE and ranked[0].tolerance == MODAL and (
             not closed(before, ranked[0])[0] >= 1 - MODAL):
         first = ranked[0].fitted
@@ -281,6 +285,8 @@ def _farther(nominal, there, forms):
         return []
     found = [replace(f, begin=[np.median(way[way != 0.0])]) for f in forms
              if f.effect == 'stiffness_scale' and len(f.numbers) == 1]
+    mixed = mixed_modes(nominal, there)
+    found += [mixed] if mixed is not None else []
     return found + [replace(f, begin=np.append(way, [n.start for n in f.numbers[len(way):]]))
                     for f in forms if has_each_mode(f, len(way)) and f.effect != 'damping_scale']
 
