@@ -18,9 +18,9 @@ import numpy as np
 
 from ssi_ros.effects import effect_class, inject, library, simulate_setup
 from ssi_ros.gap.candidate import Candidate, places
-from ssi_ros.gap.check import centred
 from ssi_ros.gap.diagnose import diagnose
 from ssi_ros.gap.fit import fit, Simulator
+from ssi_ros.gap.holes import completed, without_rails
 from ssi_ros.gap.likelihood import Evidence
 from ssi_ros.gap.rank import closed, Ranked, try_held_out
 from ssi_ros.gap.scores import make_templates, score
@@ -124,14 +124,13 @@ def record(rng, oracle, effects, seed):
 
 def closed_by_truth(oracle, samples, effects):
     """Return the share of the gap that the effects at their true sizes close, levels fitted."""
-    samples = centred(samples)
+    samples, rails = without_rails(samples, effects)
     whole = ~np.isnan(samples.values).any(axis=1)
     frame = make_frame(len(whole), samples.rate_hz, oracle.settings, whole)
-    evidence = Evidence(frame, spectra(samples, frame), frame.used)
     sides = []
     for present in ((), tuple(effects)):
-        simulator = Simulator(oracle.spacecraft, frame, SECONDS, present)
-        levels = fit(simulator, evidence).levels
+        simulator, _, evidence, levels = completed(
+            Simulator(oracle.spacecraft, frame, SECONDS, present), samples, rails, oracle.settings)
         tolerance = tolerances(simulator, Candidate(), levels, oracle.settings)
         fitted = fit(simulator, evidence, levels=levels, tolerance=tolerance)
         sides.append(try_held_out(simulator, evidence, Ranked(fitted), oracle.settings, tolerance))

@@ -26,7 +26,7 @@ class Search:
     """
     The record, the model side and what is asked for; fits candidates on demand.
 
-    `relief` returns the log likelihood of what a fit explains though the spectrum does not show it.
+    `relief` returns the log likelihood of what a fit explains and the spectrum does not show.
     """
 
     def __init__(self, simulator, evidence, settings, nominal, tolerance, names, tell, relief):

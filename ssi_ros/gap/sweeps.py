@@ -79,7 +79,7 @@ def _places(unit, rate_hz, band):
         power = np.minimum(power, np.float32(40.0))
         for more in inner:
             shifts = np.rint((rate + more) * middles / df).astype(np.int64)
-            top, start = _best_line(power, shifts, first, last)
+            top, start = best_line(power, shifts, first, last)
             if start >= 0:
                 found.append((top, rate + more, start * df))
     kept = []
@@ -105,7 +105,7 @@ def _amplitude(torque, unit, start, rate):
 
 
 @njit(cache=True, fastmath=True)
-def _best_line(power, shifts, first, last):
+def best_line(power, shifts, first, last):
     """Return the largest sum of power along shifted bins, and its first bin; -1 for none."""
     low, high = first, last
     for shift in shifts:

@@ -36,7 +36,7 @@ def clipped_at(samples, limit):
 
 
 def test_what_a_rail_cut_off_is_drawn_from_beyond_it(samples, simulator):
-    """Three parts in a hundred at the rails: less error than that of the clipped record is left."""
+    """Three parts in a hundred at the rails: less error than that of the clipped record."""
     limit = np.quantile(np.abs(samples.values), 0.97)
     clipped, rails = clipped_at(samples, limit)
     whole = filled(simulator, *without_rails(clipped, rails))

@@ -6,8 +6,8 @@ import pytest
 from ssi_ros.effects import inject, parse_effect, simulate_setup
 from ssi_ros.effects.stream import stream_setup
 from ssi_ros.gap.alarm import Bank, bets_on, quiet, step
-from ssi_ros.gap.live_holes import fill
 from ssi_ros.gap.live import LiveGap
+from ssi_ros.gap.live_holes import fill
 from ssi_ros.gap.live_model import LiveSettings, prepare
 from ssi_ros.gap.live_stream import LastRows, LiveStream
 from ssi_ros.identify.grid import Grid

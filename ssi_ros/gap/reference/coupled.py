@@ -134,7 +134,7 @@ def _mixer(nominal, pair):
     before = 1 / (f0 ** 2 - f ** 2 + 2j * f * xi * f0)              # (near, points, 2)
     passed = np.mean(before[..., :, None] * before[..., None, :].conj(), axis=1)
     acting = _force(duals @ nominal.spectrum[near] @ duals.T, passed)
-    root = _power(passed * acting, 0.5)
+    root = matrix_power(passed * acting, 0.5)
     back = np.linalg.inv(root)
     still = np.tile(np.eye(len(shapes), dtype=complex), (cut.bands, 1, 1))
 
@@ -149,7 +149,7 @@ def _mixer(nominal, pair):
         after = np.linalg.inv(stiffness * np.outer(f0, f0) + 2j * f[..., None] * lost
                               - f[..., None] ** 2 * np.eye(2)) @ push
         there = np.mean(after @ acting @ after.conj().swapaxes(-1, -2), axis=1)
-        ratio = _power(back @ _power(root @ there @ root, 0.5) @ back, window)
+        ratio = matrix_power(back @ matrix_power(root @ there @ root, 0.5) @ back, window)
         gain = still.copy()
         gain[near] += shapes @ (ratio - np.eye(2)) @ duals
         return gain
@@ -163,7 +163,8 @@ def _force(felt, passed):
     return (vectors * np.maximum(values, LEAST_POWER * values.max())) @ vectors.conj().T
 
 
-def _power(matrices, exponent):
+def matrix_power(matrices, exponent):
+    """Return powers of positive definite matrices, (b, l, l), by one exponent or one each."""
     values, vectors = np.linalg.eigh(matrices)
     values = np.maximum(values, 1e-300) ** np.reshape(exponent, (-1, 1))
     return (vectors * values[:, None, :]) @ vectors.conj().swapaxes(-1, -2)

@@ -15,26 +15,32 @@ from ssi_ros.gap.reference.conclude import conclude
 from ssi_ros.gap.reference.coupled import mixed_modes
 from ssi_ros.gap.reference.distance import data_floor, Distance, measure
 from ssi_ros.gap.reference.extra import (
-    has_each_mode, of_line, of_pulses, of_sign, stiffness_drift)
-from ssi_ros.gap.reference.fit import fit, level_of
+    has_each_mode, of_line, of_sign, stiffness_drift)
+from ssi_ros.gap.reference.fit import cleared, fit, level_of
 from ssi_ros.gap.reference.forms import all_forms
+from ssi_ros.gap.reference.innovation import predictor
 from ssi_ros.gap.reference.joint import joint, OTHER_LEVEL
+from ssi_ros.gap.reference.misplaced import begun
 from ssi_ros.gap.reference.nominal import make_nominal, modes_of, moves
+from ssi_ros.gap.reference.nutation import line_or_mode
 from ssi_ros.gap.reference.pair import dithered, make_pair
 from ssi_ros.gap.reference.period import period_of
 from ssi_ros.gap.reference.periodic import (
-    both_repeat, enough, in_phase, of_clock, of_sweep, of_swing, periodic_signs)
+    both_repeat, enough, in_phase, of_clock, of_swing, of_unrepeated_sweep, periodic_signs)
 from ssi_ros.gap.reference.pieces import plan, silent_in_all, spectra_of
+from ssi_ros.gap.reference.pulses import of_pulses, pulses
 from ssi_ros.gap.reference.rank import closed, EXACT, MODAL, SURE, try_held_out, worth
 from ssi_ros.gap.reference.repeats import same_signal
 from ssi_ros.gap.reference.screen import screen
+from ssi_ros.gap.reference.shifted import shifted_modes
+from ssi_ros.gap.reference.sweep import of_sweep, sweep
 from ssi_ros.gap.reference.wander import independent_share
 from ssi_ros.gap.reference.where import locate
 from ssi_ros.gap.settings import DiagnosisSettings
 from threadpoolctl import ThreadpoolController
 
 BLAS = ThreadpoolController()   # more threads only slow these small matrices down
-TRIALS = 5              # tests for a gap: distance, scores, level, pulses, lines
+TRIALS = 7              # tests: distance, scores, level, pulses, lines, sweeps, modes
 EACH = 2                # places of one effect that are fitted
 TRIED = 6               # fits that go on to held-out groups
 LEVEL_SURE = 2.0        # standard deviations of a level that must be left of its difference
@@ -117,13 +123,16 @@ def _diagnose(reference, record, settings, names, pairs, tell):
     gap, scatter = _gap(nominal, base, one, two)
     signs, levels = _signs(pair, reference, record, searched, usual, level, found, two, names)
     signs = _by_period(signs, repeats, float(np.exp(level)), names)
-    tests = [found.p_value, norm.sf(gap.deviations)] + [s.p_value for s in signs]
+    shifted = shifted_modes(pair.reference, pair.record, pair.channels, pair.rate_hz)
+    tests = [found.p_value, norm.sf(gap.deviations), shifted.p_value] + [
+        s.p_value for s in signs if not s.faint]
     p_value = float(min(1.0, TRIALS * min(tests)))
     told = {'before': gap.value, 'floor': gap.floor, 'floor_std': gap.floor_std,
             'p_value': p_value}
     where = locate(nominal, base, one, two)
-    texts = notes + tuple(s.text for s in signs)
+    texts = notes + tuple(s.text for s in (*signs, shifted) if s.text)
     if p_value > settings.false_alarm:
+        texts = notes + tuple(s.text for s in signs if not s.faint)
         tell(1.0)
         owners = [found.forms[k] for k in found.owner]
         small = unseen(found.z, [(f.effect, *f.also) for f in owners], np.zeros(len(owners), bool),
@@ -134,11 +143,13 @@ def _diagnose(reference, record, settings, names, pairs, tell):
     joints, texts_joint = joint(nominal, base, one, two, pair, dependence, names)
     tell(0.4)
     signs, joints = _one_cause_of_bursts(signs, joints)
-    bonuses = {s.effect: EXACT if s.p_value <= look.NEVER else min(CLEAR, -np.log(s.p_value))
-               for s in signs}
+    bonuses = {s.effect: 0.0 if s.faint else EXACT if s.p_value <= look.NEVER
+               else min(CLEAR, -np.log(s.p_value)) for s in signs}
     sure = level if abs(level) > LEVEL_SURE * unsure else 0.0
-    forms = [_of_sign(s, clean, repeats, late_s, cut, levels, sure, base, two) for s in signs
-             if s.effect != 'stiffness_drift']
+    forms = [f for s in signs if s.effect != 'stiffness_drift'
+             for f in _of_sign(s, clean, repeats, late_s, cut, levels, sure, base, two)]
+    for form in forms:
+        bonuses[form.effect] += max(cleared(nominal, base, one, two, form), 0.0)
     drift = stiffness_drift(nominal) if 'stiffness_drift' in names else None
     if drift is not None:
         forms.append(drift)
@@ -147,11 +158,24 @@ def _diagnose(reference, record, settings, names, pairs, tell):
     bonuses.update({j.form.effect: j.bonus for j in joints})
     before = try_held_out(nominal, one, two, base, scatter)
     gross = gap.deviations > GROSS
+    there = modes_of(nominal, pair.record)
     if gap.deviations > FAR:
         forms += _nearest(nominal, found.forms, one, two)
-        forms += _farther(nominal, pair.record, forms)
+        forms += _farther(nominal, there, forms)
+        forms += [begun(nominal, f, two.mean) for f in found.forms
+                  if f.effect == 'sensor_misplacement']
+    if shifted.text:
+        forms += [f for f in found.forms if f.effect == 'stiffness_scale']
+    forms = [shifted.tell(f) for f in forms]
     ranked = _try_all(nominal, one, two, [(f,) for f in forms], base, bonuses, (scatter, gross),
                       lambda share: tell(0.4 + 0.35 * share))
+    mixed = mixed_modes(nominal, there) if 'stiffness_scale' in names else None
+    if mixed is not None and gap.deviations <= FAR and any(
+            'sensor_misplacement' in r.names for r in ranked[:1]):
+        # shapes that turn show in the channels of one part, and shall not pass for one channel
+        ranked += _try_all(nominal, one, two, [(shifted.tell(mixed),)], base, bonuses,
+                           (scatter, gross), lambda share: None)
+        ranked.sort(key=lambda r: -r.worth)
     if pairs and ranked and ranked[0].deviations > MORE and ranked[0].tolerance == MODAL and (
             not closed(before, ranked[0])[0] >= 1 - MODAL):
         first = ranked[0].fitted
@@ -180,11 +204,14 @@ def _gap(nominal, base, one, two):
 def _signs(pair, reference, record, cut, usual, level, found, two, names):
     raw = [s.values[:, [s.channels.index(c) for c in pair.channels]]
            for s in (reference, record)]
-    left = [look.residual(v) for v in (pair.reference, pair.record)]
+    left = [predictor(v).residual(v) for v in (pair.reference, pair.record)]
     levels = _levels(left[1], two)
     signs = [look.losses(pair.missing), look.steps(*raw), look.rails(*raw, pair.channels),
-             look.level_swings(*left, cut.rate_hz), look.pulses(*left, cut.rate_hz),
-             look.line(pair.reference, pair.record, cut, usual, float(np.exp(level)))]
+             look.level_swings(*left, cut.rate_hz), pulses(*left, cut.rate_hz),
+             sweep(*left, cut.rate_hz),
+             line_or_mode(look.line(pair.reference, pair.record, cut, usual,
+                                    float(np.exp(level))),
+                          pair.reference, pair.record, cut.rate_hz)]
     track = _common_track(found)
     if track is not None:
         slope, p = look.trend(track, two.times_s)
@@ -196,11 +223,11 @@ def _signs(pair, reference, record, cut, usual, level, found, two, names):
 
 def _one_cause_of_bursts(signs, joints):
     """Return signs and joints without the weaker of pulses and of a joint that strikes."""
-    pulses = [-np.log(max(s.p_value, look.NEVER)) for s in signs
+    knocks = [min(CLEAR, -np.log(max(s.p_value, look.NEVER))) for s in signs
               if s.effect == 'impulsive_events']
     strikes = [j.bursts for j in joints if j.bursts > 0.0]
-    if pulses and strikes:
-        if max(strikes) > max(pulses):
+    if knocks and strikes:
+        if max(strikes) > max(knocks):
             return [s for s in signs if s.effect != 'impulsive_events'], joints
         return signs, ()
     return signs, joints
@@ -211,24 +238,25 @@ def _by_period(signs, repeats, level, names):
     periodic = periodic_signs(repeats, level, names)
     told = {s.effect for s in periodic}
     if enough(repeats):
-        # a signal whose level differs in every window swings in itself
-        told.add('nonstationary_excitation')
+        # a signal whose level differs in every window swings in itself, and what it has repeats
+        told |= {'nonstationary_excitation', 'wheel_speed_sweep'}
     return [s for s in signs if s.effect not in told] + periodic
 
 
 def _of_sign(sign, clean, repeats, late_s, cut, levels, level, base, two):
-    """Return the form of a sign."""
+    """Return the forms of a sign."""
     if sign.effect == 'clock_rate':
-        return of_clock(sign, clean, cut)
-    if sign.effect == 'wheel_speed_sweep':
-        return of_sweep(sign, repeats, cut)
+        return [of_clock(sign, clean, cut)]
     if 'sizes' in sign.place:
-        return of_swing(sign, two, late_s)
-    if sign.effect == 'harmonic_disturbance':
-        return of_line(sign, cut, clean.channels)
+        return [of_swing(sign, two, late_s)]
     if sign.effect == 'impulsive_events':
-        return of_pulses(sign, base, two.mean)
-    return of_sign(sign, clean, cut, levels, level)
+        return of_pulses(sign, predictor(clean.record), clean.record, base, two)
+    if 'shape' in sign.place:
+        return [of_line(sign, cut, clean.channels)]
+    if sign.effect == 'wheel_speed_sweep':
+        return [of_unrepeated_sweep(sign, repeats, cut) if enough(repeats)
+                else of_sweep(sign, two, len(clean.record) / clean.rate_hz)]
+    return [of_sign(sign, clean, cut, levels, level)]
 
 
 def _common_track(found):
@@ -276,9 +304,8 @@ def _nearest(nominal, forms, one, two):
     return [form for form, _ in sorted(chosen, key=lambda t: t[1])[:FINALISTS]]
 
 
-def _farther(nominal, record, forms):
+def _farther(nominal, there, forms):
     """Return the forms that move modes, begun where the modes of the record are."""
-    there = modes_of(nominal, record)
     way = 2 * moves(nominal.modes, there)
     if not way.any():
         return []
@@ -324,6 +351,7 @@ def _try_all(nominal, one, two, candidates, base, bonuses, floor, tell):
 def _levelled(two, forms):
     for form in forms:
         two = two if form.levels is None else two.levelled(form.levels)
+        two = two if form.crossed is None else two.without(form.crossed)
     return two
 
 

@@ -3,6 +3,7 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from ssi_ros.gap.reference.forms import at_mode, Form, modal_gain, Number
+from ssi_ros.gap.reference.nutation import NEW_MODES
 from ssi_ros.gap.reference.pieces import spectra_of
 
 DRIFT_STEPS = 9
@@ -80,9 +81,9 @@ def of_line(sign, cut, channels):
     shape = weight.mean(axis=1) / 2
     vector = np.array(sign.place['shape'])
     matrix = shape[:, None, None] * np.outer(vector, vector.conj())
-    return Form('harmonic_disturbance', {}, (Number('relative_power', '1', 1.0, 0.0, 100.0),),
-                lambda n, x: (None, x[0] * matrix), sign.text, ('wheel_speed_sweep',),
-                constants=sign.numbers)
+    also = NEW_MODES[1:] if sign.effect in NEW_MODES else ('wheel_speed_sweep',)
+    return Form(sign.effect, {}, (Number('relative_power', '1', 1.0, 0.0, 100.0),),
+                lambda n, x: (None, x[0] * matrix), sign.text, also, constants=sign.numbers)
 
 
 def stiffness_drift(nominal):
@@ -117,29 +118,22 @@ def distortion_of(nominal, base, seen):
     usual = np.einsum('bii->bi', base.prediction.mean).real
     ratio = uniform_filter1d(there, NEIGHBOURS, axis=0) / uniform_filter1d(usual, NEIGHBOURS, 0)
     mostly = np.median(ratio, axis=1) > ABOVE
-    excess = np.where(mostly[:, None, None], seen - base.prediction.mean, 0.0)
-    added = positive(excess)
+    added = positive(np.where(mostly[:, None, None], seen - base.prediction.mean, 0.0))
     share = np.einsum('bii->i', added).real / there.sum(axis=0)
     return added / np.exp(base.x[0]), share
 
 
-def positive(excess):
-    """Return what of an excess, smooth over three bands, is a spectrum, (b, l, l)."""
-    smooth = uniform_filter1d(excess.real, 3, 0) + 1j * uniform_filter1d(excess.imag, 3, 0)
+def excess(base, seen):
+    """Return what a record has beyond the level, at that of the reference, (b, l, l)."""
+    return positive(seen - base.prediction.mean) / np.exp(base.x[0])
+
+
+def positive(difference):
+    """Return what of a difference, smooth over three bands, is a spectrum, (b, l, l)."""
+    smooth = uniform_filter1d(difference.real, 3, 0) + 1j * uniform_filter1d(
+        difference.imag, 3, 0)
     values, vectors = np.linalg.eigh(smooth)
     return (vectors * np.maximum(values, 0.0)[:, None, :]) @ vectors.conj().swapaxes(-1, -2)
-
-
-def of_pulses(sign, base, seen):
-    """
-    Return the form of pulses: what the record has beyond the level, smooth over three bands.
-
-    Where they strike and what rings nobody knows, so their spectrum is measured; each number of it
-    is paid for.
-    """
-    added = positive(seen - base.prediction.mean) / np.exp(base.x[0])
-    return Form(sign.effect, sign.place, (), lambda n, x: (None, added), sign.text,
-                constants=sign.numbers, measured=added.size / 3)
 
 
 def nonlinearity(nominal, effect, added, meaning, also):

@@ -256,6 +256,18 @@ def _ratio(prediction, problem, trust):
     return -float(np.sum(trust * (bands + smooth)))
 
 
+def cleared(nominal, base, one, two, form):
+    """Return the likelihood that the level alone gains where a form leaves cells out."""
+    if form.crossed is None:
+        return 0.0
+    before, after = (_ratio(base.prediction, (s.mean, one.freedom, two.freedom), nominal.trust)
+                     for s in (two, two.without(form.crossed)))
+    # what is left of a band scatters more
+    kept = ~form.crossed.T @ two.weights / two.weights.sum()
+    scatter = two.mean.shape[-1] ** 2 / 2 * one.freedom / (one.freedom + two.freedom)
+    return after - before + float(np.sum(nominal.trust * scatter * (1 / kept - 1)))
+
+
 def _gain(nominal, forms, base, x, problem):
     """Return the integral of the score from the level alone to a fit, eq. (151)."""
     nodes, weights = np.polynomial.legendre.leggauss(NODES)

@@ -18,6 +18,7 @@ from ssi_ros.gap.reference.nominal import reach_hz
 
 POINTS = 17             # at which a resonance is averaged over a band
 WIDER = 1.5             # times its way, the distance from a mode at which its move still counts
+LEAST_CHANNELS = 3      # to tell one that moved from a structure that did
 LAGS = (0.3, 3.0)       # time constants of slow noise that a fit starts from, in 1 / lowest f
 
 
@@ -61,6 +62,8 @@ class Form:
         Among how many this one was chosen.
     levels : ndarray, shape (g,), optional
         Power of each group of the record over its mean, for a level that wanders.
+    crossed : ndarray of bool, shape (g, b), optional
+        Cells of the record that hold what comes and goes, and are left out with it.
     constants : dict
         Numbers that were read off the samples, {name: (value, unit)}.
     begin : ndarray, shape (p,), optional
@@ -71,6 +74,8 @@ class Form:
         The same effect at the same place, of another make.
     measured : float
         How many numbers were taken from the record itself, at half a nat each.
+    odds : float
+        Log odds that speak for the effect where no spectrum does.
 
     """
 
@@ -82,11 +87,13 @@ class Form:
     also: tuple = ()
     places: int = 1
     levels: np.ndarray = None
+    crossed: np.ndarray = None
     constants: dict = field(default_factory=dict)
     begin: np.ndarray = None
     whole: bool = False
     variants: tuple = ()
     measured: float = 0.0
+    odds: float = 0.0
 
     @property
     def start(self):
@@ -332,8 +339,48 @@ def damping_scale(nominal):
             'some modes are damped otherwise', ('attitude_controller', 'fuel_slosh'))
 
 
-FORMS = (excitation_colour, sensor_gain, sensor_crosstalk, channel_delay, sensor_bandwidth,
-         sensor_noise, sensor_drift, timestamp_jitter, stiffness_scale, damping_scale)
+def sensor_misplacement(nominal):
+    """
+    Yield the components of all modes at one channel, each changed on its own, eq. (180).
+
+    Of two channels nobody could say which moved, or whether the structure did.
+    """
+    modes, width = nominal.modes, len(nominal.channels)
+    if not len(modes) or width < LEAST_CHANNELS:
+        return
+    picks = mode_picks(nominal)
+    for c, name in enumerate(nominal.channels):
+        def change(n, x, c=c):
+            gain = np.tile(np.eye(width, dtype=complex), (n.cut.bands, 1, 1))
+            gain[:, c] += np.tensordot(x, picks, 1)
+            return gain, None
+        yield Form('sensor_misplacement', {'channel': name}, tuple(
+            Number(f'component_{at_mode(f)}', '1', 0.01, -3.0, 3.0)
+            for f in modes.frequencies_hz), change,
+            'one channel sees every mode otherwise, and the others do not')
+
+
+def mode_picks(nominal):
+    """
+    Return the rows that pick each mode out of the channels where it has the word, (m, b, l).
+
+    It has it up to half-way to the next; those within reach are told apart by their shapes.
+    """
+    modes, cut = nominal.modes, nominal.cut
+    found = []
+    for i, (f, xi) in enumerate(zip(modes.frequencies_hz, modes.damping_ratios)):
+        others = modes.frequencies_hz[np.abs(modes.frequencies_hz - f) > reach_hz(f, xi, cut)]
+        halves = [np.abs(o - f).min(initial=np.inf) / 2 for o in (others[others < f],
+                                                                  others[others > f])]
+        away = cut.middles_hz - f
+        share = 1 / (1 + (away / np.where(away < 0, *halves)) ** 8)
+        found.append(share[:, None] * modes.duals[:, i].conj())
+    return np.array(found)
+
+
+FORMS = (excitation_colour, sensor_gain, sensor_crosstalk, sensor_misplacement, channel_delay,
+         sensor_bandwidth, sensor_noise, sensor_drift, timestamp_jitter, stiffness_scale,
+         damping_scale)
 
 
 def all_forms(nominal, names=None):

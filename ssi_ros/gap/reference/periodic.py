@@ -130,7 +130,7 @@ def of_clock(sign, pair, cut):
     return replacing(sign, pair, at_instants(pair.reference, rows), cut)
 
 
-def of_sweep(sign, repeats, cut):
+def of_unrepeated_sweep(sign, repeats, cut):
     """Return the form of a sweep: the power that does not repeat, where it passed, (177)."""
     one, two = (spectra_of(r.rest, cut).mean for r in repeats)
     low, high = sorted(v[0] for v in sign.numbers.values())

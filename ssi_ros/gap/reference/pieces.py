@@ -123,6 +123,12 @@ class Spectra:
         """Return the spectra with the level of each group taken out, shape (g,)."""
         return replace(self, groups=self.groups / np.reshape(levels, (-1, 1, 1, 1)))
 
+    def without(self, crossed):
+        """Return the spectra with some cells, (g, b), as their band is in the other groups."""
+        clear = ~crossed * self.weights[:, None]
+        usual = np.einsum('gb,gbij->bij', clear / clear.sum(axis=0), self.groups)
+        return replace(self, groups=np.where(crossed[..., None, None], usual, self.groups))
+
     def padded(self, share):
         """Return the spectra with a share of each channel's own mean power added to it."""
         power = np.einsum('bii->bi', self.mean).real * share

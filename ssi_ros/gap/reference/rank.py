@@ -72,8 +72,8 @@ class Ranked:
 
 def worth(fitted, bonus, gross):
     """Return the log odds of a fit with the signs that speak for it; `gross` as in Ranked."""
-    measured = sum(f.measured for f in fitted.forms) / 2
-    return (fitted.far if gross else fitted.likelihood) + bonus + occam(fitted) - measured
+    odds = bonus + sum(f.odds - f.measured / 2 for f in fitted.forms)
+    return (fitted.far if gross else fitted.likelihood) + odds + occam(fitted)
 
 
 def occam(fitted):

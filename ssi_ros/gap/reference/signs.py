@@ -14,9 +14,6 @@ from ssi_ros.gap.reference.pair import TOLERANCE
 PILED = 5e-3            # share of rounded values that a rail must show
 RAIL_HITS = 5           # times that a channel must show exactly its extreme
 WINDOWS = 60            # in which the level is followed
-PREDICTED = 24          # past samples of which one is predicted
-MOST_ROWS = 200_000     # that the prediction is fitted to
-PULSE = 5.0             # standard deviations beyond which a residual is a pulse
 PEAK, FEW = 16.0, 12     # fewer bins than FEW within PEAK of the largest: no smooth level
 AROUND = 10             # bins around a line in which the reference is looked at
 OWN_BINS = 3            # of a line itself under its taper, on each side
@@ -25,13 +22,18 @@ NEVER = 1e-300
 
 @dataclass(frozen=True)
 class Sign:
-    """A sign of one effect: where, with which numbers {name: (value, unit)}, and its p-value."""
+    """
+    A sign of one effect: where, with which numbers {name: (value, unit)}, and its p-value.
+
+    One that is `faint` is no gap by itself, but may explain one.
+    """
 
     effect: str
     place: dict
     numbers: dict
     p_value: float
     text: str
+    faint: bool = False
 
 
 def losses(missing):
@@ -101,22 +103,6 @@ def rails(one, two, channels):
                 f'{", ".join(limits)} repeat their extreme of {limit:.4g} m/s^2 exactly')
 
 
-def residual(values):
-    """Return what the past does not predict of a recording, scaled to 1, shape (n, l)."""
-    values = values / values.std(axis=0)
-    rows = values[:MOST_ROWS]
-    order = int(min(PREDICTED, len(rows) // (8 * rows.shape[1])))
-    past = np.concatenate([rows[order - k:-k] for k in range(1, order + 1)], axis=1)
-    ahead = rows[order:]
-    weights = np.linalg.lstsq(past.T @ past + 1e-9 * np.eye(past.shape[1]) * len(past),
-                              past.T @ ahead, rcond=None)[0]
-    left = values[order:].copy()
-    for k in range(1, order + 1):
-        left -= values[order - k:-k] @ weights[(k - 1) * rows.shape[1]:k * rows.shape[1]]
-    lower = np.linalg.inv(np.linalg.cholesky(left.T @ left / len(left)))
-    return left @ lower.T
-
-
 def _swing(left, rate_hz):
     size = len(left) // WINDOWS
     power = np.log((left[:size * WINDOWS].reshape(WINDOWS, -1) ** 2).mean(axis=1))
@@ -140,37 +126,6 @@ def level_swings(left_one, left_two, rate_hz):
         'depth': (depth, '1'), 'period_s': (WINDOWS * size_s / best, 's')}, p,
         f'the level wanders by {100 * depth:.2g} %, {ratio:.3g} times the variance of the '
         'reference')
-
-
-def pulses(left_one, left_two, rate_hz):
-    """Compare the fourth moments of what the past does not predict, (161)."""
-    before, after = _peaked(left_one), _peaked(left_two)
-    z = (after[0] - before[0]) / np.hypot(after[1], before[1])
-    sizes = np.sqrt((left_two ** 2).mean(axis=1))
-    beyond = np.flatnonzero(sizes > _threshold(left_one))
-    count = len(beyond)
-    # few events are few degrees of freedom for a moment; but where nothing parts the recordings
-    # each of the largest is in either by its length
-    events = np.count_nonzero(np.diff(beyond, prepend=-PREDICTED - 1) > PREDICTED)
-    p = min(float(student.sf(z, 20)), (len(left_two) / (len(left_one) + len(left_two))) ** events)
-    if p > 1e-3 or count < 3:
-        return None
-    return Sign('impulsive_events', {}, {
-        'rate_per_min': (60 * rate_hz * count / len(sizes), '1/min')}, p,
-        f'{count} samples are unpredictable beyond all of the reference')
-
-
-def _threshold(left):
-    """Return a size of residuals that a recording without pulses hardly reaches."""
-    sizes = np.sqrt((left ** 2).mean(axis=1))
-    return max(sizes.max(), sizes.mean() + PULSE * sizes.std())
-
-
-def _peaked(left):
-    """Return the fourth moment over that of a Gaussian, and its spread from 20 blocks."""
-    power = (left ** 2).mean(axis=1)
-    blocks = np.array([np.mean(b ** 2) / np.mean(b) ** 2 for b in np.array_split(power, 20)])
-    return blocks.mean(), blocks.std(ddof=1) / np.sqrt(20)
 
 
 def line(one, two, cut, usual, level):
@@ -222,9 +177,10 @@ def line(one, two, cut, usual, level):
     chance[rough] = 1 / (1 + excess[rough])
     # of a sine of amplitude A under this taper the density is A^2 T / 3
     share = power[usable] * 1.5 * cut.rate_hz / len(two) / two.var(axis=0)
-    chance[share.max(axis=1) < TOLERANCE ** 2] = 1.0
+    faint = share.max(axis=1) < TOLERANCE ** 2
     chance *= len(excess)
-    best = int(np.argmin(chance))
+    loud = np.where(faint, 1.0, chance)
+    best = int(np.argmin(loud if loud.min() < 1e-3 else chance))
     if not chance[best] < 1e-3:
         return None
     frequency = float(f_two[usable][best])
@@ -232,7 +188,7 @@ def line(one, two, cut, usual, level):
     return Sign('harmonic_disturbance', {'shape': tuple(vector)}, {
         'frequency_hz': (frequency, 'Hz'),
         'acceleration_m_s2': (float(np.linalg.norm(vector)), 'm/s^2')},
-        float(max(chance[best], 10 * NEVER)), f'a line at {frequency:.5g} Hz')
+        float(max(chance[best], 10 * NEVER)), f'a line at {frequency:.5g} Hz', bool(faint[best]))
 
 
 def _fine(values, cut):
