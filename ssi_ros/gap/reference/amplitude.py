@@ -5,7 +5,7 @@ The statistics are zero for every linear structure, whatever its spectrum, as lo
 Gaussian. Their scatter comes from surrogates with the same spectrum and random phases, which keep
 the lines of a periodic excitation, and from blocks of the recording; the larger counts.
 """
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import t as student
@@ -16,6 +16,7 @@ MOST_ROWS = 2 ** 18     # values of the recording that bursts are sought in
 HALF_BAND = 6.0         # half-widths of a mode that its filter passes
 CLIP = 1.5              # of the logarithm of the amplitude over its rms
 OFTEN = 0.95            # share of the time in which bursts have no say by their size
+LINES = 4.0             # of a periodic excitation, that make the amplitude of a mode vary
 HARMONIC = 2.5          # bursts are sought above so many times the frequency of the mode
 
 
@@ -41,6 +42,26 @@ class Dependence:
     damping_stds: np.ndarray
     bursts: np.ndarray
     burst_stds: np.ndarray
+
+    def beside(self, reference, lines):
+        """
+        Return this with the slopes that it has beyond those of the reference, eq. (154a).
+
+        Parameters
+        ----------
+        reference : Dependence
+            Of the reference, under the same periodic excitation.
+        lines : ndarray, shape (m,)
+            Lines of the excitation within the width of each mode; of one alone the amplitude
+            hardly changes.
+
+        """
+        few = np.where(lines < LINES, np.inf, 1.0)
+        return replace(
+            self, frequency_slopes=self.frequency_slopes - reference.frequency_slopes,
+            frequency_stds=few * np.hypot(self.frequency_stds, reference.frequency_stds),
+            damping_slopes=self.damping_slopes - reference.damping_slopes,
+            damping_stds=few * np.hypot(self.damping_stds, reference.damping_stds))
 
 
 def amplitude_dependence(values, rate_hz, modes, seed=0):

@@ -118,12 +118,13 @@ def _diagnose(reference, record, settings, names, pairs, tell):
         nominal = nominal.trusted(independent_share(repeats[0], cut, same_signal(*repeats)))
     base = fit(nominal, two.mean, one.freedom, two.freedom)
     tell(0.1)
-    found = screen(nominal, base, one, two, all_forms(nominal, names))
+    found = screen(nominal, base, one, two, all_forms(nominal, names), enough(repeats))
     tell(0.25)
     gap, scatter = _gap(nominal, base, one, two)
     signs, levels = _signs(pair, reference, record, searched, usual, level, found, two, names)
     signs = _by_period(signs, repeats, float(np.exp(level)), names)
-    shifted = shifted_modes(pair.reference, pair.record, pair.channels, pair.rate_hz)
+    shifted = shifted_modes(pair.reference, pair.record, pair.channels, pair.rate_hz,
+                            cut.width_hz)
     tests = [found.p_value, norm.sf(gap.deviations), shifted.p_value] + [
         s.p_value for s in signs if not s.faint]
     p_value = float(min(1.0, TRIALS * min(tests)))
@@ -140,6 +141,11 @@ def _diagnose(reference, record, settings, names, pairs, tell):
         return no_gap('reference', told, where, texts, *small)
     tell(0.3)
     dependence = amplitude_dependence(pair.record, cut.rate_hz, nominal.modes)
+    if repeats is not None:
+        modes = nominal.modes
+        dependence = dependence.beside(
+            amplitude_dependence(pair.reference, cut.rate_hz, modes),
+            2 * modes.damping_ratios * modes.frequencies_hz * period / cut.rate_hz)
     joints, texts_joint = joint(nominal, base, one, two, pair, dependence, names)
     tell(0.4)
     signs, joints = _one_cause_of_bursts(signs, joints)

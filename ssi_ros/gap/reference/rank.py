@@ -72,7 +72,9 @@ class Ranked:
 
 def worth(fitted, bonus, gross):
     """Return the log odds of a fit with the signs that speak for it; `gross` as in Ranked."""
-    odds = bonus + sum(f.odds - f.measured / 2 for f in fitted.forms)
+    # modes that moved speak once, whichever of two forms moves them
+    odds = max((f.odds for f in fitted.forms if f.odds), default=0.0)
+    odds += bonus - sum(f.measured for f in fitted.forms) / 2
     return (fitted.far if gross else fitted.likelihood) + odds + occam(fitted)
 
 

@@ -9,6 +9,7 @@ from ssi_ros.gap.reference.fit import LEVEL_STEPS, predict, whitened, whitener
 from ssi_ros.gap.reference.steady import WANDERS
 
 SPLITS = 1000
+MOST_ALIKE = 0.8        # correlation of neighbouring groups
 SURE = 2.0              # standard deviations between the halves of a reference that are chance
 
 
@@ -43,7 +44,7 @@ class Screen:
     tracks: np.ndarray
 
 
-def screen(nominal, base, one, two, forms, seed=0):
+def screen(nominal, base, one, two, forms, repeats=False, seed=0):
     """
     Score forms.
 
@@ -57,6 +58,8 @@ def screen(nominal, base, one, two, forms, seed=0):
         Reference and record.
     forms : tuple of Form
         What to score.
+    repeats : bool
+        Whether a periodic excitation makes groups resemble each other.
     seed : int
         Of the mixed halves.
 
@@ -104,7 +107,9 @@ def screen(nominal, base, one, two, forms, seed=0):
     def standard(difference):
         raw = np.abs(difference / spread)
         return np.where(usable, np.minimum(norm.isf(student.sf(raw, freedom)), raw), 0.0)
-    z = np.sign(difference) * standard(difference)
+    # groups of both sides in turn differ less than the sides where neighbours are alike
+    alike = np.sqrt(_alike(scores[:, :split])) if repeats else 1.0
+    z = np.sign(difference) * standard(difference / alike)
     # the largest score between mixed halves, where nothing parts the sides
     rng = np.random.default_rng(seed)
     largest = np.empty(SPLITS)
@@ -135,6 +140,20 @@ def _variance(scores, weights):
     shares = weights / weights.sum()
     away = scores - (scores @ shares)[:, None]
     return (away ** 2 * shares).sum(axis=1) / (len(weights) - 1)
+
+
+def _alike(scores):
+    """
+    Return how much more the mean of groups scatters that resemble their neighbours, eq. (158a).
+
+    A rattle under a periodic excitation is much the same in the next period.
+    """
+    away = scores - scores.mean(axis=1, keepdims=True)
+    power = np.maximum((away ** 2).sum(axis=1), 1e-300)
+    first = (away[:, 1:] * away[:, :-1]).sum(axis=1) / power
+    # of independent groups it is -1 / n in the mean
+    first = np.clip(first + 1 / away.shape[1], 0.0, MOST_ALIKE)
+    return (1 + first) / (1 - first)
 
 
 def _gain(rows, z):

@@ -55,7 +55,7 @@ class Shifted:
         return form
 
 
-def shifted_modes(one, two, channels, rate_hz):
+def shifted_modes(one, two, channels, rate_hz, width_hz):
     """
     Compare the frequencies of the modes of two recordings.
 
@@ -67,6 +67,8 @@ def shifted_modes(one, two, channels, rate_hz):
         Names; with one, close modes are not told apart, and nothing is said.
     rate_hz : float
         Their rate [Hz].
+    width_hz : float
+        Of a band: a mode that moved farther is another one, or its spectrum tells.
 
     Returns
     -------
@@ -79,6 +81,8 @@ def shifted_modes(one, two, channels, rate_hz):
     if not before or not after:
         return Shifted()
     frequencies, ratios, spreads = _again(before, after)
+    inside = np.abs(frequencies * np.expm1(ratios)) < width_hz
+    frequencies, ratios, spreads = frequencies[inside], ratios[inside], spreads[inside]
     if not len(ratios):
         return Shifted()
     z = ratios / spreads

@@ -59,16 +59,18 @@ def slipping(seed, level, seconds=200.0):
 PERIOD = 1000           # rows of the signal of `shaken`
 
 
-def shaken(seed, periods=6.0, begin=0.0, ppm=0.0, scale=(1.0, 1.0), added=None, level=None):
+def shaken(seed, periods=6.0, begin=0.0, ppm=0.0, scale=(1.0, 1.0), added=None, level=None,
+           step=1, draw=0):
     """
     Return the three modes under a multisine that repeats itself after 20 s, with 0.3 % of noise.
 
     The recording begins `begin` rows into the signal; `scale` is that of all stiffness in the
     first and in the last period; `added` and `level` are functions of the time [s], of what is
-    put on all channels in shares of their rms and of what they are multiplied with.
+    put on all channels in shares of their rms and of what they are multiplied with; `step` is that
+    of the lines, `draw` that of their phases.
     """
-    lines = np.arange(10, 240)
-    phases = np.random.default_rng(0).uniform(0, 2 * np.pi, len(lines))
+    lines = np.arange(10, 240, step)
+    phases = np.random.default_rng(draw).uniform(0, 2 * np.pi, len(lines))
     rows = int(periods * PERIOD)
     instants = begin + np.arange(rows) * (1 + 1e-6 * ppm)
     count = int(np.ceil(periods))

@@ -4,10 +4,12 @@ import pytest
 from reference_records import chain, PERIOD, RATE_HZ, shaken
 from ssi_ros.effects import library
 from ssi_ros.gap.reference import diagnose_reference
+from ssi_ros.gap.reference.amplitude import amplitude_dependence, significance
+from ssi_ros.gap.reference.nominal import make_nominal
 from ssi_ros.gap.reference.pair import make_pair
 from ssi_ros.gap.reference.period import period_of
 from ssi_ros.gap.reference.periodic import both_repeat, clock, in_phase, periodic_signs
-from ssi_ros.gap.reference.pieces import plan
+from ssi_ros.gap.reference.pieces import plan, spectra_of
 from ssi_ros.gap.reference.repeats import (
     at_instants, delay_between, Repeats, repeats_of, turned)
 from ssi_ros.gap.reference.swing import best_swing, gains_of
@@ -181,3 +183,19 @@ def test_periods_that_wander_are_fewer_spectra():
     assert share[0.15] == pytest.approx(1 / 3.4, rel=0.25)
     # under another signal copies are one spectrum
     assert independent_share(rattling(0.0, 31), cut, False).mean() == pytest.approx(1 / 6)
+
+
+def test_what_the_phases_of_a_signal_make_of_a_slope_is_no_joint():
+    """A linear structure seems to depend on its amplitude, in the reference as in the record."""
+    one, two = shaken(1, 24, step=3), shaken(2, 24, scale=(0.98, 0.98), step=3)
+    cut = plan(len(one.values), RATE_HZ, 3, PERIOD)
+    modes = make_nominal(one.values, one.channels, cut,
+                         spectra_of(one.values, cut).mean).modes
+    own = [amplitude_dependence(s.values, RATE_HZ, modes) for s in (one, two)]
+    lines = np.full(len(modes), 10.0)
+    beside = own[1].beside(own[0], lines)
+    alone, both = (len(modes) * significance(d.frequency_slopes, d.frequency_stds).min()
+                   for d in (own[1], beside))
+    assert alone < 1e-3 and both > 0.05
+    # of one line the amplitude hardly changes, whatever the slope
+    assert np.all(np.isinf(own[1].beside(own[0], lines / 10).frequency_stds))

@@ -100,10 +100,10 @@ def test_a_mode_that_moved_inside_a_band_is_seen_and_one_that_stayed_is_not():
     """The second mode 1 % softer; the odds speak for each mode and against all alike."""
     one = chain(81, SECONDS)
     moved = chain(82, SECONDS, scale=(1.0, 0.98, 1.0))
-    found = shifted_modes(one.values, moved.values, one.channels, RATE_HZ)
+    found = shifted_modes(one.values, moved.values, one.channels, RATE_HZ, 1.0)
     assert found.p_value < 1e-4 and '5.' in found.text
     assert found.each > found.alike + 5.0
-    still = shifted_modes(one.values, chain(83, SECONDS).values, one.channels, RATE_HZ)
+    still = shifted_modes(one.values, chain(83, SECONDS).values, one.channels, RATE_HZ, 1.0)
     assert still.p_value == 1.0 and not still.text
 
 
