@@ -129,7 +129,8 @@ def main(seeds):
                 count, flagged = count + 1, flagged + (found.outcome == 'UNEXPLAINED')
                 print(f'| {name} | {size:.3g} | {detection:g} | {found.outcome} | '
                       f'{found.gap["p_value"]:.1e} | {" + ".join(found.verdict["effects"])} | '
-                      f'{"; ".join(found.signs)} | {time.process_time() - begin:.0f} |', flush=True)
+                      f'{"; ".join(found.signs)} | {time.process_time() - begin:.0f} |',
+                      flush=True)
     print(f'\n{flagged} of {count} unexplained')
 
 
