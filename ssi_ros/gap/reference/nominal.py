@@ -163,7 +163,8 @@ def found_again(modes, there, alike):
     moved past another keeps its shape.
     """
     ratios = np.log(there.frequencies_hz[None] / modes.frequencies_hz[:, None])
-    away = 1 - alike + np.abs(ratios) / FARTHEST
+    # one that is not found again is as far as one may be, and takes no other's place
+    away = np.minimum(1 - alike + np.abs(ratios) / FARTHEST, 1.0)
     return {i: (j, ratios[i, j]) for i, j in zip(*linear_sum_assignment(away)) if away[i, j] < 1.0}
 
 
