@@ -112,7 +112,9 @@ def reconstruct(simulator, fitted, samples, settings):
 
     """
     missing = np.isnan(samples.values).any(axis=1)
-    frame = whole_frame(len(samples.values), samples.rate_hz, settings, EDGE_S, ~missing)
+    # a clock that is wrong in the model as well: frequencies are those of the true time
+    rate_hz = simulator.setup(fitted.candidate, fitted.levels).system.rate_hz
+    frame = whole_frame(len(samples.values), rate_hz, settings, EDGE_S, ~missing)
     row, gain, inverse, excited = torque_filter(
         simulator, fitted.candidate, fitted.levels, frame)
     spectrum = spectra(samples, frame)[0]
@@ -123,7 +125,7 @@ def reconstruct(simulator, fitted, samples, settings):
                              - np.abs(row) ** 2 / gain[:, None] ** 2, 1e-300))
     power = np.einsum('ki,ki->k', spectrum.conj(), rest).real
     white = np.einsum('kji,kj->ki', np.linalg.cholesky(inverse).conj(), spectrum)
-    return Torque(samples.rate_hz, frame.rows, frame.first, values, gain, frame.taper, rest / own,
+    return Torque(rate_hz, frame.rows, frame.first, values, gain, frame.taper, rest / own,
                   own, power, white, excited,
                   np.convolve(missing, np.ones(3), mode='same') > 0)
 

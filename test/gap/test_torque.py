@@ -57,6 +57,15 @@ def test_a_disturbance_is_found_with_its_numbers(text, test, exact):
     assert sign.stds[exact] < 0.1 * getattr(true, exact)
 
 
+def test_a_line_is_told_in_the_true_time():
+    """With a clock that is wrong by 800 ppm in the model a line keeps its own frequency."""
+    clock, true = 'clock_rate:ppm=-800', 'harmonic_disturbance:frequency_hz=38.3,torque_n_m=0.6'
+    seen = look(reconstruct, 300.0, [clock, true], known=(parse_effect(clock),))
+    sign = line(seen)
+    assert off(sign.effect, parse_effect(true), 'frequency_hz') < 5 * sign.stds['frequency_hz']
+    assert sign.stds['frequency_hz'] < 800e-6 * 38.3 / 10
+
+
 @pytest.mark.parametrize('text, test', [
     ('harmonic_disturbance:frequency_hz=7.3,torque_n_m=3', line),
     ('wheel_speed_sweep:start_hz=20,end_hz=2,torque_n_m=1', sweep),
