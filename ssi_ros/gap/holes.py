@@ -205,8 +205,8 @@ def draw(rows, rails, spectrum, draws):
     ndarray, shape (n, l)
 
     """
-    wide = np.full((2 * (len(spectrum) - 1), rows.shape[1]), np.nan)
-    wide[:len(rows)] = rows
+    beside = np.full((2 * (len(spectrum) - 1) - len(rows), rows.shape[1]), np.nan)
+    wide, rails = np.concatenate([rows, beside]), np.concatenate([rails, beside])
     inverse = np.linalg.inv(spectrum)
     white = rfft(draws.standard_normal(wide.shape), axis=0)
     other = _filtered(np.linalg.cholesky(spectrum), white, len(wide))
