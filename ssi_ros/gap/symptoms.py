@@ -132,7 +132,13 @@ def _rails(samples):
         if hits >= RAIL_HITS and (distinct > 0.5 * len(column) or hits > 5 * next_hits + 5):
             limits.append(top)
     if not limits:
-        return None
+        # few values, on several channels: of unrounded ones no two are the same by chance
+        values = np.abs(samples.values[np.isfinite(samples.values)])
+        top = values.max()
+        if (np.count_nonzero(values == top) < RAIL_HITS
+                or len(np.unique(values)) < 0.5 * len(values)):
+            return None
+        limits.append(top)
     limit = float(min(limits))
     hits = np.abs(samples.values) >= limit
     share = hits.sum() / np.isfinite(samples.values).sum()

@@ -9,6 +9,7 @@ from ssi_ros.gap.fit import fit
 from ssi_ros.gap.holes import completed, filled, LONGEST_S, without_rails
 from ssi_ros.gap.indirect import at_levels
 from ssi_ros.gap.spectra import make_frame
+from ssi_ros.gap.symptoms import symptoms
 from ssi_ros.model import load_spacecraft
 
 RATE_HZ = 100.0
@@ -111,3 +112,13 @@ def test_the_frame_of_a_filled_record_knows_no_holes(samples, simulator):
     side, *_ = completed(simulator, replace(samples, values=values), rails, SETTINGS)
     whole = make_frame(len(values), RATE_HZ, SETTINGS)
     np.testing.assert_array_equal(side.frame.overlap, whole.overlap)
+
+
+def test_few_values_at_rails_are_seen_on_all_channels_together():
+    """One value or two of each channel at the same limit; rounded ones may be so by chance."""
+    samples, _ = record(120.0)
+    limit = np.sort(np.abs(samples.values).ravel())[-5]
+    clipped, (rails,) = clipped_at(samples, limit)
+    (found,) = symptoms(clipped)
+    assert found.effect.limit_m_s2 == pytest.approx(rails.limit_m_s2, rel=1e-12)
+    assert symptoms(samples) == ()
