@@ -7,7 +7,8 @@ from ssi_ros.gap.reference.extra import positive, replacing
 from ssi_ros.gap.reference.forms import Form, Number
 from ssi_ros.gap.reference.pieces import spectra_of
 from ssi_ros.gap.reference.repeats import (
-    at_instants, delay_between, ENOUGH_PERIODS, LEAST_PERIODS, repeats_of, same_signal)
+    at_instants, delay_between, ENOUGH_PERIODS, LEAST_PERIODS, repeats_of, SAME_SIGNAL,
+    same_signal)
 from ssi_ros.gap.reference.signs import NEVER, Sign
 from ssi_ros.gap.reference.swing import swing
 from ssi_ros.gap.reference.unrepeated import line, sweep
@@ -66,9 +67,9 @@ def in_phase(pair, repeats):
     """
     if repeats is None:
         return pair
-    if not same_signal(*repeats):
+    delay, alike = delay_between(*repeats)
+    if alike <= SAME_SIGNAL:
         return pair
-    delay, _ = delay_between(*repeats)
     rows = len(repeats[0].mean)
     late = int(round(delay)) % rows
     sizes = len(pair.reference), len(pair.record)
