@@ -21,7 +21,7 @@ from ssi_ros.gap.reference.forms import all_forms
 from ssi_ros.gap.reference.innovation import predictor
 from ssi_ros.gap.reference.joint import joint, OTHER_LEVEL
 from ssi_ros.gap.reference.misplaced import begun
-from ssi_ros.gap.reference.nominal import make_nominal, modes_of, moves
+from ssi_ros.gap.reference.nominal import identified, make_nominal, modes_of, moves
 from ssi_ros.gap.reference.nutation import line_or_mode
 from ssi_ros.gap.reference.pair import dithered, make_pair
 from ssi_ros.gap.reference.period import period_of
@@ -123,8 +123,8 @@ def _diagnose(reference, record, settings, names, pairs, tell):
     gap, scatter = _gap(nominal, base, one, two)
     signs, levels = _signs(pair, reference, record, searched, usual, level, found, two, names)
     signs = _by_period(signs, repeats, float(np.exp(level)), names)
-    shifted = shifted_modes(pair.reference, pair.record, pair.channels, pair.rate_hz,
-                            cut.width_hz)
+    after = identified(pair.record, pair.channels, cut.rate_hz)
+    shifted = shifted_modes(nominal.identified, after, cut.width_hz)
     tests = [found.p_value, norm.sf(gap.deviations), shifted.p_value] + [
         s.p_value for s in signs if not s.faint]
     p_value = float(min(1.0, TRIALS * min(tests)))
@@ -164,7 +164,7 @@ def _diagnose(reference, record, settings, names, pairs, tell):
     bonuses.update({j.form.effect: j.bonus for j in joints})
     before = try_held_out(nominal, one, two, base, scatter)
     gross = gap.deviations > GROSS
-    there = modes_of(nominal, pair.record)
+    there = modes_of(nominal, after)
     if gap.deviations > FAR:
         forms += _nearest(nominal, found.forms, one, two)
         forms += _farther(nominal, there, forms)

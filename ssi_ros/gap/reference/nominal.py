@@ -69,6 +69,8 @@ class Nominal:
         segment lasts, or is sharper than a bin, eq. (143).
     channels : tuple of str
         Names.
+    identified : tuple of identified modes
+        All that were found in it, of which `modes` are some.
 
     """
 
@@ -78,6 +80,7 @@ class Nominal:
     modes: Modes
     trust: np.ndarray
     channels: tuple
+    identified: tuple
 
     def with_spectrum(self, spectrum):
         """Return the same nominal around another estimate of its spectrum."""
@@ -118,7 +121,7 @@ def make_nominal(values, channels, cut, spectrum, spectra=None):
     if spectra is not None:
         trust = np.minimum(trust, steadiness(spectra))
     return Nominal(cut, spectrum, floor, _modes(found, len(channels), cut), trust,
-                   tuple(channels))
+                   tuple(channels), found)
 
 
 def identified(values, channels, rate_hz):
@@ -168,10 +171,9 @@ def found_again(modes, there, alike):
     return {i: (j, ratios[i, j]) for i, j in zip(*linear_sum_assignment(away)) if away[i, j] < 1.0}
 
 
-def modes_of(nominal, values):
-    """Return the modes of another recording, chosen as those of the reference were."""
-    return _modes(identified(values, nominal.channels, nominal.cut.rate_hz),
-                  len(nominal.channels), nominal.cut)
+def modes_of(nominal, found):
+    """Return modes of another recording, chosen of those identified as the reference's were."""
+    return _modes(found, len(nominal.channels), nominal.cut)
 
 
 def _trust(found, cut):

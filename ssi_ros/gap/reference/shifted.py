@@ -11,7 +11,7 @@ from scipy.optimize import linear_sum_assignment
 from scipy.stats import t as student
 
 from ssi_ros.gap.reference.extra import NONLINEAR
-from ssi_ros.gap.reference.nominal import FARTHEST, HOPS, identified
+from ssi_ros.gap.reference.nominal import FARTHEST, HOPS
 from ssi_ros.identify.shapes import mac
 
 SAME = 0.9              # MAC of a mode that is found again
@@ -55,18 +55,14 @@ class Shifted:
         return form
 
 
-def shifted_modes(one, two, channels, rate_hz, width_hz):
+def shifted_modes(before, after, width_hz):
     """
     Compare the frequencies of the modes of two recordings.
 
     Parameters
     ----------
-    one, two : ndarray, shape (n, l)
-        Reference and record.
-    channels : tuple of str
-        Names; with one, close modes are not told apart, and nothing is said.
-    rate_hz : float
-        Their rate [Hz].
+    before, after : tuple of identified modes
+        As of `identified`; with one channel, close modes are not told apart, and nothing is said.
     width_hz : float
         Of a band: a mode that moved farther is another one, or its spectrum tells.
 
@@ -75,10 +71,7 @@ def shifted_modes(one, two, channels, rate_hz, width_hz):
     Shifted
 
     """
-    if len(channels) < 2:
-        return Shifted()
-    before, after = (identified(v, channels, rate_hz) for v in (one, two))
-    if not before or not after:
+    if not before or not after or len(before[0].shape) < 2:
         return Shifted()
     frequencies, ratios, spreads = _again(before, after)
     inside = np.abs(frequencies * np.expm1(ratios)) < width_hz

@@ -5,7 +5,7 @@ from scipy.signal import cont2discrete, lfilter
 from ssi_ros.gap.reference.coupled import close_pairs, mixed_modes
 from ssi_ros.gap.reference.fit import fit
 from ssi_ros.gap.reference.forms import stiffness_scale
-from ssi_ros.gap.reference.nominal import make_nominal, modes_of
+from ssi_ros.gap.reference.nominal import identified, make_nominal, modes_of
 from ssi_ros.gap.reference.pieces import plan, spectra_of
 from ssi_ros.records import Samples
 
@@ -35,7 +35,8 @@ def pair():
     cut = plan(len(one.values), RATE_HZ, 2)
     first, second = spectra_of(one.values, cut), spectra_of(two.values, cut)
     nominal = make_nominal(one.values, one.channels, cut, first.mean)
-    return nominal, first, second, modes_of(nominal, two.values)
+    return nominal, first, second, modes_of(
+        nominal, identified(two.values, two.channels, RATE_HZ))
 
 
 def test_close_modes_are_a_pair_and_nothing_changes_at_null(pair):

@@ -5,6 +5,7 @@ from reference_records import chain, MODES, RATE_HZ, SHAPES
 from scipy.signal import lfilter
 from ssi_ros.gap.reference import diagnose_reference
 from ssi_ros.gap.reference.innovation import predictor
+from ssi_ros.gap.reference.nominal import identified
 from ssi_ros.gap.reference.nutation import skirts
 from ssi_ros.gap.reference.pulses import learn, matched, pulses
 from ssi_ros.gap.reference.shifted import shifted_modes
@@ -100,10 +101,12 @@ def test_a_mode_that_moved_inside_a_band_is_seen_and_one_that_stayed_is_not():
     """The second mode 1 % softer; the odds speak for each mode and against all alike."""
     one = chain(81, SECONDS)
     moved = chain(82, SECONDS, scale=(1.0, 0.98, 1.0))
-    found = shifted_modes(one.values, moved.values, one.channels, RATE_HZ, 1.0)
+    usual, other, again = (identified(s.values, s.channels, RATE_HZ)
+                           for s in (one, moved, chain(83, SECONDS)))
+    found = shifted_modes(usual, other, 1.0)
     assert found.p_value < 1e-4 and '5.' in found.text
     assert found.each > found.alike + 5.0
-    still = shifted_modes(one.values, chain(83, SECONDS).values, one.channels, RATE_HZ, 1.0)
+    still = shifted_modes(usual, again, 1.0)
     assert still.p_value == 1.0 and not still.text
 
 
