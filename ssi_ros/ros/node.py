@@ -15,6 +15,7 @@ import traceback
 from diagnostic_msgs.msg import DiagnosticArray
 import rclpy
 from rclpy.clock import Clock, ClockType
+from rclpy.duration import Duration
 from rclpy.exceptions import ParameterException
 from rclpy.experimental import EventsExecutor
 from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
@@ -22,6 +23,7 @@ from rclpy.signals import SignalHandlerOptions
 from ssi_ros.ros import parameters
 
 LINGER_S = 0.5
+ACKNOWLEDGED_S = 10.0          # a reader that stands still may go on in that time
 SETTLE_S = 0.5
 FAILED = (ValueError, OSError, ParameterException)
 
@@ -193,7 +195,7 @@ def run(node_class, args=None):
             # an infinite timeout hangs in this executor, a finite one does not
             while not stop.is_set() and not node.done.is_set():
                 _spin(executor, node)
-            _linger(executor, stop)
+            _linger(executor, node, stop)
         node.trigger_shutdown()
         code = code or node.exit_code
     except FAILED as error:
@@ -215,11 +217,18 @@ def _spin(executor, node):
                                 + traceback.format_exc(), throttle_duration_sec=10.0)
 
 
-def _linger(executor, stop):
+def _linger(executor, node, stop):
     """Let the last messages reach their readers before the publishers go away."""
-    end = time.monotonic() + LINGER_S
-    while not stop.is_set() and time.monotonic() < end:
+    begin = time.monotonic()
+    waiting = list(node.publishers)
+    while not stop.is_set() and (waiting or time.monotonic() < begin + LINGER_S):
+        if time.monotonic() > begin + ACKNOWLEDGED_S:
+            node.get_logger().warning(
+                f'{ACKNOWLEDGED_S:g} s after the end readers have not confirmed all of '
+                + ', '.join(p.topic_name for p in waiting) + '; what they lack is lost')
+            return
         executor.spin_once(timeout_sec=0.05)
+        waiting = [p for p in waiting if not p.wait_for_all_acked(Duration())]
 
 
 def ros_arguments(parameters, remaps=()):

@@ -25,6 +25,7 @@ from std_msgs.msg import Float64MultiArray, MultiArrayDimension, MultiArrayLayou
 TICK_S = 0.01             # how often due samples are published
 BLOCK_S = 1.0             # how much is simulated at once
 CATCH_UP_S = 0.25         # how much may be published at once after the machine was busy
+RELIABLE_S = 10.0        # how long a reader may stand still before samples that it lacks are lost
 
 
 @dataclass(frozen=True)
@@ -75,7 +76,8 @@ class SimulatorNode(StageNode):
             duration_s=settings.duration_s or math.inf)
         for effect in self._effects:
             self.get_logger().info(f'effect {effect.text()}')
-        depth = max(5, int(2.0 * self._rate_hz * max(1.0, settings.speed)))
+        hold_s = RELIABLE_S if settings.reliable else 2.0       # on the wall
+        depth = max(5, int(hold_s * self._rate_hz * max(1.0, settings.speed)))
         qos = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=depth, reliability=(
             ReliabilityPolicy.RELIABLE if settings.reliable else ReliabilityPolicy.BEST_EFFORT))
         self._sensors = [self._advertise(AccelStamped, f'{settings.namespace}/{name}', qos)

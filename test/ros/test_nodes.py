@@ -230,21 +230,34 @@ def test_any_numeric_field(bench):
     bench.wait(said(health, 'channel x.data', 'stamped by the time of receipt'))
 
 
-def test_a_process_that_stood_still_loses_nothing(bench):
-    """Reliable samples come late and channel by channel after a pause; rows may wait for them."""
-    names = ('e1_a', 'e1_b', 'e2_a', 'e2_b')
-    windows, _ = identifier(bench, channels=[f'/accelerometer/{n}' for n in names],
-                            lateness_s=60.0)
-    got = bench.collect(AccelStamped, '/accelerometer/e1_a', LISTEN)
+@pytest.mark.parametrize('heard, pause_s', [(1000, 2.5), (3900, 1.5)])
+def test_a_process_that_stood_still_loses_nothing(bench, heard, pause_s):
+    """Reliable samples come late and channel by channel after a pause, even beyond the end."""
+    topics = [f'/accelerometer/{n}' for n in ('e1_a', 'e1_b', 'e2_a', 'e2_b')]
+    windows, _ = identifier(bench, channels=topics, lateness_s=60.0)
+    got = [bench.collect(AccelStamped, topic, LISTEN) for topic in topics][0]
     bench.processes.start('simulator', 'simulator', speed=10.0, duration_s=40.0, reliable=True,
-                          wait_for_subscribers=1)
-    bench.wait(lambda: len(got) > 1000)
+                          wait_for_subscribers=2)
+    bench.wait(lambda: len(got) > heard)
     bench.processes.running['identifier'].send_signal(signal.SIGSTOP)
-    time.sleep(1.5)                           # 15 s of samples
+    time.sleep(pause_s)
     bench.processes.running['identifier'].send_signal(signal.SIGCONT)
     bench.wait(lambda: len(windows) == 5)     # they end at 20, 25, ... 40 s
     bench.processes.stop('identifier')
     assert 'received [4000, 4000, 4000, 4000], missing [0, 0, 0, 0]' in bench.words('identifier')
+
+
+def test_a_reader_that_never_wakes_is_told(bench):
+    """A publisher that has sent all waits for its readers, and not for ever."""
+    names = ('e1_a', 'e1_b', 'e2_a', 'e2_b')
+    identifier(bench, channels=[f'/accelerometer/{n}' for n in names])
+    bench.processes.start('simulator', 'simulator', speed=10.0, duration_s=20.0, reliable=True,
+                          wait_for_subscribers=1)
+    got = bench.collect(AccelStamped, '/accelerometer/e1_a', LISTEN)
+    bench.wait(lambda: len(got) > 100)
+    bench.processes.running['identifier'].send_signal(signal.SIGSTOP)
+    assert bench.ended('simulator') == 0
+    assert 'readers have not confirmed all of /accelerometer/e1_a' in bench.words('simulator')
 
 
 @pytest.mark.parametrize('node, settings, words', [
