@@ -233,9 +233,11 @@ class Grid:
         step = np.diff(np.maximum.accumulate(np.concatenate(([before], index))))
         backward = np.concatenate(([before], index[:-1])) > index
         late = index < self._next
+        again = late & (index == before)      # a row that went on had the same stamp
         gap_s = float(step.max()) * dt * 1e-9 if before >= 0 else 0.0
         self._count(c, out_of_order=int(np.count_nonzero(backward)),
-                    late=int(np.count_nonzero(late)), gap_s=gap_s)
+                    duplicates=int(np.count_nonzero(again)),
+                    late=int(np.count_nonzero(late & ~again)), gap_s=gap_s)
         if (~late).any():
             self._rows.setdefault(c, []).append((index[~late], values[~late]))
         self._last[c] = max(before, int(index.max()))

@@ -94,6 +94,18 @@ def test_faults_are_counted():
     np.testing.assert_array_equal(rows[:, 0], expected)
 
 
+def test_duplicate_of_a_row_that_went_on_is_no_late_sample():
+    """How samples are bunched does not change what is counted."""
+    stamps, a, _ = stream(1000)
+    grid = Grid(('a',))
+    grid.push(0, stamps, a)
+    assert len(rows_of(grid, flush=False)) == 1000
+    grid.push(0, stamps[-1:], [77.0])
+    grid.push(0, stamps[-5:-4], [77.0])
+    assert not grid.rows()
+    assert (grid.counts[0].duplicates, grid.counts[0].late) == (1, 1)
+
+
 def test_silent_channel_does_not_hold_up_the_others():
     """Rows go on without a silent channel once they are a second old."""
     stamps, a, _ = stream(1000)
