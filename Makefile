@@ -3,6 +3,7 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN = $(VENV)/bin
 export ROS_AUTOMATIC_DISCOVERY_RANGE = LOCALHOST
+export FASTDDS_BUILTIN_TRANSPORTS ?= UDPv4
 export ROS_PYTHON_CHECK_FIELDS = 1
 
 .PHONY: help demo test docs lint bench lock bench-lock clean

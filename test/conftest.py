@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+os.environ.setdefault('FASTDDS_BUILTIN_TRANSPORTS', 'UDPv4')
 os.environ['ROS_PYTHON_CHECK_FIELDS'] = '1'
 
 BY_THE_CLOCK = ('ros', 'monitor', 'examples', 'test_launch.py', 'test_readme.py')

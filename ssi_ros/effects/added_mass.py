@@ -15,8 +15,8 @@ class AddedMass(Effect):
     size = 'mass_kg'
     reference = 'kinetic energy of a point mass; docs/theory.md, eq. (15)'
     # between nodes and bellies of the modes, every metre is another valley of the likelihood
-    starts = {'mass_kg': (0.01,), 'along_m': (1.2, 2.7, 4.0, 5.3, 6.6, 7.7),
-              'lateral_m': (-0.5, 0.5)}
+    starts = {'mass_kg': (0.01,), 'along_m': (
+        0.8, 1.4, 2.0, 2.7, 3.3, 4.0, 4.6, 5.3, 6.0, 6.6, 7.2, 7.7), 'lateral_m': (-0.6, 0.0, 0.6)}
 
     array: str = quantity('E1', doc='array')
     mass_kg: float = quantity(0.0, unit='kg', low=0.0, high=1e3, doc='mass')

@@ -19,7 +19,8 @@ class AttitudeController(Effect):
     site = Site.STRUCTURE
     size = 'bandwidth_hz'
     reference = 'Wie, Space Vehicle Dynamics and Control, 2008, chapter 7'
-    starts = {'bandwidth_hz': (0.02, 0.1, 0.4), 'damping_ratio': (0.7,)}
+    starts = {'bandwidth_hz': (0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.8),
+              'damping_ratio': (0.2, 0.7)}
 
     bandwidth_hz: float = quantity(0.0, unit='Hz', low=0.0, high=50.0,
                                    doc='natural frequency of the rigid attitude')

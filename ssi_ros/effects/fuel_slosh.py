@@ -20,7 +20,8 @@ class FuelSlosh(Effect):
     site = Site.STRUCTURE
     size = 'mass_kg'
     reference = 'Abramson, NASA SP-106, 1966: equivalent spring-mass of a tank'
-    starts = {'mass_kg': (3.0,), 'frequency_hz': (0.15, 0.3, 0.5, 0.8, 1.3, 2.0, 3.5, 6.0, 10.0),
+    # a narrow resonance is seen by a template at most its own width away
+    starts = {'mass_kg': (3.0,), 'frequency_hz': tuple(0.12 * 1.07 ** k for k in range(67)),
               'damping_ratio': (0.02,), 'arm_m': (1.0,)}
 
     mass_kg: float = quantity(0.0, unit='kg', low=0.0, high=1e5, doc='moving mass')

@@ -13,7 +13,7 @@ class SensorMisplacement(Effect):
     site = Site.SENSOR
     size = 'along_m'
     reference = 'docs/theory.md, eq. (14) (displacement row of a point)'
-    starts = {'along_m': (-0.02, 0.02), 'lateral_m': (-0.02, 0.0, 0.02)}
+    starts = {'along_m': (-0.02, 0.0, 0.02), 'lateral_m': (-0.02, 0.0, 0.02)}
 
     channel: str = quantity('e1_a', doc='channel')
     along_m: float = quantity(0.0, unit='m', low=-100.0, high=100.0, doc='shift to the tip')

@@ -95,4 +95,4 @@ def starting_points(classes, spacecraft):
             continue
         values = [dict(zip(cls.starts, v)) for v in product(*cls.starts.values())]
         found += [cls(**place, **v) for place in places(cls, spacecraft) for v in values]
-    return found
+    return [e for e in found if not e.is_null]

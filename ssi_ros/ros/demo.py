@@ -45,6 +45,8 @@ class Processes:
         # a domain of its own, so that nobody else's topics are mixed in
         os.environ.setdefault('ROS_DOMAIN_ID', str(1 + os.getpid() % 100))
         os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+        # a process that stands still for a second may lose its queues in shared memory for good
+        os.environ.setdefault('FASTDDS_BUILTIN_TRANSPORTS', 'UDPv4')
         self.log_folder = log_folder
         self.environment = dict(os.environ, ROS_LOG_DIR=str(log_folder.resolve()))
         self.running = {}
