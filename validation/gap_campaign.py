@@ -92,7 +92,7 @@ def draw(rng, oracle, name, detection):
         return cls(limit_m_s2=rng.uniform(0.06, 0.1))
     if name == 'dropped_samples':
         return cls(fraction=10 ** rng.uniform(-3, -1.3))
-    low = {k: (v[rng.integers(len(v))] if k == cls.size else rng.uniform(min(v), max(v) + 1e-12))
+    low = {k: (v[rng.integers(len(v))] if k == cls.size else _around(rng, v))
            for k, v in cls.starts.items()}
     if name in ('hinge_freeplay', 'hinge_friction', 'cubic_stiffness'):
         return hinge(rng, cls, place, detection)
@@ -103,6 +103,13 @@ def draw(rng, oracle, name, detection):
             break
         effect = at_size(effect, ratio)
     return effect
+
+
+def _around(rng, starts):
+    """Return a number from the range of starting values; around a single one by up to 3."""
+    if len(starts) == 1:
+        return starts[0] * 3.0 ** rng.uniform(-1.0, 1.0)
+    return rng.uniform(min(starts), max(starts))
 
 
 def hinge(rng, cls, place, detection):

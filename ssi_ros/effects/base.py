@@ -88,11 +88,12 @@ class Effect:
 
     Class attributes: `name`, `site`, `size` (the quantity that is null when there is no effect),
     `reference` (where the physics is written), `starts` (values from which a fit begins, and which
-    score the effect), `spectral` (whether the expected spectrum tells its numbers; if not, a sign
-    of the samples or of the torque does), `nonlinear` (then its expected spectrum is not exact),
-    `hinge` (whether it sets the root hinge of its array, which only one effect can), `power` (of
-    its size, that the change of a spectrum follows where it is small: 2 for an rms, -2 for a
-    corner).
+    score the effect), `together` (other quantities that are null and grow with the size, as the
+    second coordinate of a shift does), `spectral` (whether the expected spectrum tells its
+    numbers; if not, a sign of the samples or of the torque does), `nonlinear` (then its expected
+    spectrum is not exact), `hinge` (whether it sets the root hinge of its array, which only one
+    effect can), `power` (of its size, that the change of a spectrum follows where it is small: 2
+    for an rms, -2 for a corner).
     """
 
     name = ''
@@ -100,6 +101,7 @@ class Effect:
     size = ''
     reference = ''
     starts = {}
+    together = ()
     spectral = True
     nonlinear = False
     hinge = False
@@ -111,8 +113,8 @@ class Effect:
     @property
     def is_null(self):
         """Whether the effect is at the value that changes nothing."""
-        null = next(f.default for f in fields(self) if f.name == self.size)
-        return getattr(self, self.size) == null
+        return all(getattr(self, f.name) == f.default for f in fields(self)
+                   if f.name == self.size or f.name in self.together)
 
     def spacecraft(self, spacecraft):
         """Return the spacecraft with the effect in its numbers."""
@@ -121,6 +123,11 @@ class Effect:
     def apply(self, setup):
         """Return the setup with the effect in it, after all spacecraft hooks have run."""
         return setup
+
+    @classmethod
+    def starts_on(cls, spacecraft, place):
+        """Return `starts` for a spacecraft and the words of a place; positions follow its size."""
+        return cls.starts
 
     @classmethod
     def one_sided(cls):

@@ -12,17 +12,13 @@ class SensorMisplacement(Effect):
     name = 'sensor_misplacement'
     site = Site.SENSOR
     size = 'along_m'
+    together = ('lateral_m',)
     reference = 'docs/theory.md, eq. (14) (displacement row of a point)'
     starts = {'along_m': (-0.02, 0.0, 0.02), 'lateral_m': (-0.02, 0.0, 0.02)}
 
     channel: str = quantity('e1_a', doc='channel')
     along_m: float = quantity(0.0, unit='m', low=-100.0, high=100.0, doc='shift to the tip')
     lateral_m: float = quantity(0.0, unit='m', low=-100.0, high=100.0, doc='shift along x_b')
-
-    @property
-    def is_null(self):
-        """Whether nothing is shifted."""
-        return self.along_m == 0.0 and self.lateral_m == 0.0
 
     def spacecraft(self, spacecraft):
         """Return the spacecraft with the sensor moved; it must stay on its array."""

@@ -93,6 +93,7 @@ def starting_points(classes, spacecraft):
     for cls in classes:
         if not cls.spectral:
             continue
-        values = [dict(zip(cls.starts, v)) for v in product(*cls.starts.values())]
-        found += [cls(**place, **v) for place in places(cls, spacecraft) for v in values]
+        for place in places(cls, spacecraft):
+            starts = cls.starts_on(spacecraft, place)
+            found += [cls(**place, **dict(zip(starts, v))) for v in product(*starts.values())]
     return [e for e in found if not e.is_null]

@@ -254,14 +254,18 @@ def promising_pairs(scores, count):
 
 def at_size(effect, size):
     """Return an effect at the size whose change of the spectrum is `size` times its own."""
-    f = next(f for f in effect.numbers() if f.name == effect.size)
-    null, value = f.default, getattr(effect, effect.size)
     share = float(np.clip(abs(size), 1e-4, 30.0)) ** (1.0 / effect.power)
-    if np.isfinite(null):
-        value = null + np.copysign(share, size or 1.0) * (value - null)
-    else:
-        value = value * share
-    return replace(effect, **{f.name: min(max(value, f.metadata['low']), f.metadata['high'])})
+    values = {}
+    for f in effect.numbers():
+        null, value = f.default, getattr(effect, f.name)
+        if f.name != effect.size and f.name not in effect.together:
+            continue
+        if np.isfinite(null):
+            value = null + np.copysign(share, size or 1.0) * (value - null)
+        else:
+            value = value * share
+        values[f.name] = min(max(value, f.metadata['low']), f.metadata['high'])
+    return replace(effect, **values)
 
 
 def brackets(effect):
