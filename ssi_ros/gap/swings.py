@@ -8,6 +8,11 @@ from ssi_ros.gap.symptoms import chance, SURE, Symptom, within
 SLOWEST = 0.7           # periods of the level that a record must hold
 MAGNITUDE = 4.5         # medians of the magnitude (3 sd) at which a sample is cut for the level
 FASTEST_HZ = 1.0        # of a swing of the level that is looked for
+# Of a level that wanders by itself: at least so many cells wide, or a slow swing would be taken
+# for it, and so much more likely than a steady one.
+WIDE, LIKELIER = 12, 4.0
+CORNERS, RATIOS = 8, np.append(0.0, np.geomspace(0.5, 64.0, 15))
+LINE = 6.0              # means above which a cell is a line and tells nothing of the rest
 
 
 def swing(torque):
@@ -26,15 +31,13 @@ def swing(torque):
     low, few = int(np.ceil(1 / longest / df)), int(4 / df * torque.rate_hz / count)
     gains[low:few] = [_sine_fit(coarse, at, f)[0] / (2 * spread) for f in frequencies[low:few]]
     gains[:low], gains[frequencies > FASTEST_HZ] = 0.0, 0.0
-    # pulses ring in what drives, and raise the mean of it at all frequencies
-    gains /= max(1.0, np.median(gains[gains > 0]) / np.log(2))
+    gains /= _by_chance(coarse, at, spread, frequencies[np.argmax(gains)])(frequencies)
     best = int(np.argmax(gains))
     cells = 4 * FASTEST_HZ * count / torque.rate_hz
     p = chance(gains[best], cells)
     if p > SURE:
         return None
-    frequency = minimize_scalar(lambda f: -_sine_fit(coarse, at, f)[0], bounds=(
-        frequencies[best - 1], frequencies[best + 1])).x
+    frequency = _strongest(coarse, at, frequencies[best - 1], frequencies[best + 1])
     _, (cosine, sine) = _sine_fit(coarse, at, frequency)
     size = np.sqrt(2 * gains[best])
     period = 1 / frequency
@@ -68,9 +71,42 @@ def wander(torque, period_s):
     """
     level = _magnitude(torque)
     coarse, at, block = _coarse(level, torque.rate_hz)
-    step = torque.rate_hz / len(level)
-    near = [max(1 / period_s + n * step, SLOWEST * step) for n in (-1, 0, 1)]
-    return np.array([_sine_fit(coarse, at, f)[0] for f in near]) * block / (2 * np.var(level))
+    step, spread = torque.rate_hz / len(level), np.var(level) / block
+    near = np.maximum(1 / period_s + step * np.arange(-1, 2), SLOWEST * step)
+    gains = np.array([_sine_fit(coarse, at, f)[0] for f in near]) / (2 * spread)
+    return gains / _by_chance(coarse, at, spread, 1 / period_s)(near)
+
+
+def _by_chance(coarse, at, spread, line_hz):
+    """
+    Return the mean gain of a sinusoid by chance, at least 1, as a function of frequency, (109b).
+
+    Noise that motion makes has the level of the motion, and that of a mode wanders as slowly as
+    it rings; pulses raise the mean at all frequencies.
+    """
+    rows, span = len(coarse), len(coarse) * (at[1] - at[0])
+    line_hz, left = _strongest(coarse, at, line_hz - 0.25 / span, line_hz + 0.25 / span), coarse
+    # a swing is no chance, nor is its harmonic, which the noise that does not swing makes of it
+    for frequency in (line_hz, 2 * line_hz):
+        turns = 2 * np.pi * frequency * at
+        _, (cosine, sine) = _sine_fit(left, at, frequency)
+        left = left - cosine * np.cos(turns) - sine * np.sin(turns)
+    cells = (np.abs(np.fft.rfft(left - left.mean())) ** 2 / (rows * spread))[1:]
+    frequencies = np.arange(1, len(cells) + 1) / span
+    cells, frequencies = cells[frequencies <= FASTEST_HZ], frequencies[frequencies <= FASTEST_HZ]
+    corners = np.geomspace(min(WIDE / span, FASTEST_HZ / 2), FASTEST_HZ / 2, CORNERS)
+    shapes = 1 + RATIOS[:, None, None] / (1 + (frequencies / corners[:, None]) ** 2)
+    mean = max(1.0, np.median(cells) / np.log(2))
+    for _ in range(3):
+        seen = np.minimum(cells, LINE * mean)
+        floors = np.maximum(1.0, (seen / shapes).mean(axis=-1))
+        means = floors[..., None] * shapes
+        logs = -(np.log(means) + seen / means).sum(axis=-1)
+        best = np.unravel_index(np.argmax(logs), logs.shape)
+        if logs[best] < logs[0, 0] + LIKELIER:
+            best = (0, 0)
+        mean = means[best]
+    return lambda f: floors[best] * (1 + RATIOS[best[0]] / (1 + (f / corners[best[1]]) ** 2))
 
 
 def _coarse(level, rate_hz):
@@ -111,6 +147,11 @@ def _undiluted(seen, excited):
     sine = np.sin(2 * np.pi * (np.arange(64) + 0.5) / 64)
     magnitude = np.sqrt(1 - excited + excited * (1 + depths[:, None] * sine) ** 2)
     return float(np.interp(seen, 2 * (magnitude @ sine) / magnitude.sum(axis=1), depths))
+
+
+def _strongest(coarse, at, low_hz, high_hz):
+    """Return the frequency between two at which a sinusoid explains most."""
+    return minimize_scalar(lambda f: -_sine_fit(coarse, at, f)[0], bounds=(low_hz, high_hz)).x
 
 
 def _sine_fit(values, at, frequency):

@@ -94,6 +94,18 @@ def test_pulses_beside_a_swing_keep_their_size():
     assert abs(found.effect.impulse_n_m_s - 0.15) < 3 * found.stds['impulse_n_m_s']
 
 
+def test_noise_that_motion_makes_wanders_with_it():
+    """Its level is that of slow modes: no swing by itself, and one of 5 % beside it is told."""
+    jitter = 'timestamp_jitter:rms_s=0.003'
+    beside = 'nonstationary_excitation:depth=0.05,period_s=60'
+    known = (parse_effect(jitter),)
+    for seed in (1, 2, 3, 4):
+        assert swing(look(reconstruct, 600.0, [jitter], seed, known)) is None
+    sign = swing(look(reconstruct, 600.0, [jitter, beside], 3, known))
+    for name, std in sign.stds.items():
+        assert off(sign.effect, parse_effect(beside), name) < 3 * std
+
+
 def test_a_level_that_wanders_is_no_swing():
     """As much of a slow sinusoid as the candidate's own records have by chance is no sign."""
     sign = swing(torque_of('nonstationary_excitation:depth=0.12,period_s=50'))
