@@ -15,7 +15,7 @@ from ssi_ros.gap.meter import measure
 from ssi_ros.gap.rank import above_floor, folds
 from ssi_ros.gap.scores import directions, score
 from ssi_ros.gap.slow import slow_signs
-from ssi_ros.gap.strangers import strange_sign
+from ssi_ros.gap.strangers import score_strangers, strange_sign
 from ssi_ros.gap.swings import wander
 from ssi_ros.gap.symptoms import SURE
 from ssi_ros.gap.torque import odd_signs, reconstruct, torque_signs
@@ -141,7 +141,7 @@ def floor_by_simulation(simulator, best, made, templates, strangers, tolerance, 
         # all five fits are near each other: templates whitened by the first will do
         here = here or [directions(t, again, evidence, tolerance) for t in (templates, strangers)]
         z.append(score(templates, again, evidence, tolerance, here[0]).z)
-        strange.append(score(strangers, again, evidence, tolerance, here[1]).z)
+        strange.append(score_strangers(strangers, again, evidence, tolerance, here[1]).z)
         meters.append(measure(again.model, evidence, settings.band_bins))
         halves.append(above_floor([measure(again.model, half, settings.band_bins)
                                    for half in folds(evidence)]))

@@ -12,14 +12,18 @@ from scipy.stats import chi2, norm
 from ssi_ros.effects.edits import add_part
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.expected import expected
-from ssi_ros.gap.scores import power_of, Templates
+from ssi_ros.gap.likelihood import hermitian
+from ssi_ros.gap.ringing import as_gaussian, energies, repeats
+from ssi_ros.gap.scores import Directions, power_of, score, Templates
 from ssi_ros.gap.symptoms import Oddity, SURE
+from ssi_ros.gap.tolerance import no_tolerance
 from ssi_ros.model.excitation import Coloured, White
 
 CORNERS_HZ = (0.1, 0.5, 2.0)    # of a torque that switches or wanders
 TORQUE = 0.1            # of the nominal torque, rms
 DAMPING = 1.1
 STIFFNESS = 1.002       # of one mode
+SLOW = 8.0              # decay in a piece above which its bins and pieces are independent
 LEAST = 1e-3            # share of information below which modes do not differ by themselves
 
 
@@ -37,7 +41,9 @@ class Stranger:
     modal : bool
         Whether it is one number of one mode, which may come together with all others.
     scatter : float
-        By how much its score scatters more than if the pieces of a record were independent.
+        By how much its score scatters more than if bins and pieces were independent.
+    count : float
+        How many independent energies of the mode its score is a mean of.
 
     """
 
@@ -45,6 +51,15 @@ class Stranger:
     adds: bool = False
     modal: bool = False
     scatter: float = 1.0
+    count: float = np.inf
+
+
+@dataclass(frozen=True)
+class _Damped:
+    """Where the damping of a mode is: its frequency [Hz], and its decay rate [1/s]."""
+
+    at_hz: float
+    rate: float
 
 
 def make_strangers(simulator):
@@ -64,18 +79,40 @@ def make_strangers(simulator):
     """
     nominal = simulator.expected(Candidate())
     base = nominal.at(np.ones(len(nominal.names)))
-    kept, changes = [], []
-    for stranger, setup in _strangers(simulator):
+    kept, changes, damped = [], [], {}
+    for stranger, setup, of in _strangers(simulator):
         there = expected(setup, simulator.frame)
         change = (there.at(np.ones(len(there.names))) - base).mean(axis=0)
         if np.any(np.abs(change) > 1e-12 * np.abs(base).max()):
+            if of is not None:
+                damped[len(kept)] = of
             kept.append(stranger)
             changes.append(change.astype(np.complex64))
-    return Templates(tuple(kept), np.array(changes), {}, power_of(nominal.shares[:-1]))
+    found = Templates(tuple(kept), np.array(changes), {}, power_of(nominal.shares[:-1]))
+    return _scattered(found, damped, simulator, nominal)
+
+
+def _scattered(strangers, damped, simulator, nominal):
+    """Return the templates with the scatter that dampings of slow modes have, eq. (105b)."""
+    frame, kept = simulator.frame, list(strangers.effects)
+    model = nominal.at(np.ones(len(nominal.names))).mean(axis=0)
+    here = Directions(strangers, model[None], nominal.shares,
+                      no_tolerance(frame, model.shape[-1]), frame, tuple(range(frame.pieces)))
+    lower = np.linalg.inv(np.linalg.cholesky(model))
+    for i, mode in damped.items():
+        count, share = energies(mode.rate * simulator.duration_s)
+        decay = mode.rate * frame.rows / frame.rate_hz
+        scatter = 1.0
+        if decay < SLOW:
+            rest = here.flat[i] - here.mixed[i] @ here.inner @ here.basis
+            scatter = max(1.0, np.sqrt(share) * repeats(
+                simulator, hermitian(rest.reshape(model.shape)), lower, mode.at_hz, decay))
+        kept[i] = replace(kept[i], scatter=scatter, count=count)
+    return replace(strangers, effects=tuple(kept))
 
 
 def _strangers(simulator):
-    """Yield every stranger, and the setup that has it."""
+    """Yield every stranger, the setup that has it, and of a damping where it is."""
     setup = simulator.setup(Candidate())
     system = setup.system
     torque = TORQUE * max(simulator.spacecraft.excitation.torque_rms_n_m)
@@ -83,24 +120,24 @@ def _strangers(simulator):
         axis = name.split('_')[1]
         white = White(f'strange {name}', (name,), (torque,))
         if name != 'torque_x':
-            yield Stranger(f'random torque about {axis}', True), add_part(setup, white)
+            yield Stranger(f'random torque about {axis}', True), add_part(setup, white), None
             continue
         for corner_hz in CORNERS_HZ:
             yield (Stranger(f'a torque about {axis} slower than {corner_hz:g} Hz', True),
-                   add_part(setup, Coloured(white, corner_hz)))
+                   add_part(setup, Coloured(white, corner_hz)), None)
     freedoms = [(i, *d.split('_eta')) for i, d in enumerate(system.dofs) if '_eta' in d]
     for array in dict.fromkeys(a for _, a, _ in freedoms):
         rows = [i for i, a, _ in freedoms if a == array]
         yield (Stranger(f'other damping of {array} than of the rest'),
-               _scaled(setup, 'damping', rows, DAMPING))
+               _scaled(setup, 'damping', rows, DAMPING), None)
     for i, array, mode in freedoms:
-        # what a mode does in one piece rings on into the next, e^(-rate) of it
-        rate = system.damping[i, i] / system.mass[i, i] / 2 * simulator.frame.rows / system.rate_hz
-        scatter = 1 / np.sqrt(np.tanh(rate / 2))
-        for name, factor, text in (('stiffness', STIFFNESS, 'frequency'),
-                                   ('damping', DAMPING, 'damping')):
-            yield (Stranger(f'another {text} of mode {mode} of {array} alone', modal=True,
-                            scatter=scatter), _scaled(setup, name, [i], factor))
+        # a frequency shows in the phase, which each piece tells anew: only a damping is an energy
+        at = _Damped(np.sqrt(system.stiffness[i, i] / system.mass[i, i]) / (2 * np.pi),
+                     system.damping[i, i] / system.mass[i, i] / 2)
+        for name, factor, text, of in (('stiffness', STIFFNESS, 'frequency', None),
+                                       ('damping', DAMPING, 'damping', at)):
+            yield (Stranger(f'another {text} of mode {mode} of {array} alone', modal=True),
+                   _scaled(setup, name, [i], factor), of)
 
 
 def _scaled(setup, name, rows, factor):
@@ -110,25 +147,44 @@ def _scaled(setup, name, rows, factor):
     return replace(setup, system=replace(setup.system, **{name: matrix}))
 
 
+def score_strangers(strangers, fitted, evidence, tolerance, here=None):
+    """Return the scores of strangers, as `score` does, each as a standard Gaussian, eq. (105b)."""
+    found = score(strangers, fitted, evidence, tolerance, here)
+    z = found.z / [s.scatter for s in found.effects]
+    return replace(found, z=as_gaussian(z, np.array([s.count for s in found.effects])))
+
+
 def strange_sign(scores):
-    """Return the sign of the likeliest stranger, if one is there: none or one Oddity."""
-    adds = np.array([s.adds for s in scores.effects])
-    z = scores.z / [s.scatter for s in scores.effects]
+    """
+    Return the sign of the likeliest stranger, if one is there.
+
+    Parameters
+    ----------
+    scores : Scores
+        Of `score_strangers`.
+
+    Returns
+    -------
+    tuple of Oddity
+        None or one.
+
+    """
+    adds, z = np.array([s.adds for s in scores.effects]), scores.z
     tails = np.where(adds, norm.sf(z), 2 * norm.sf(np.abs(z)))
     best = int(np.argmin(tails))
     p = float(min(1.0, 2 * len(tails) * tails[best]))
     text = f'it looks like {scores.effects[best].text}, {abs(z[best]):.1f} sd'
-    together, count = _together(scores, z)
+    together, count = _together(scores)
     if 2 * together < p:
         p = 2 * together
         text = f'its modes differ, each in its own way, in {count} numbers'
     return (Oddity('a stranger', p, text),) if p <= SURE else ()
 
 
-def _together(scores, z):
+def _together(scores):
     """Return the p-value of all numbers of all modes at once, and how many tell of themselves."""
     modal = np.flatnonzero([s.modal for s in scores.effects])
     values, vectors = np.linalg.eigh(scores.cosine[np.ix_(modal, modal)])
     told = values > LEAST * values[-1]
-    sizes = (vectors.T[told] @ z[modal]) ** 2 / values[told]
+    sizes = (vectors.T[told] @ scores.z[modal]) ** 2 / values[told]
     return float(chi2.sf(sizes.sum(), len(sizes))), len(sizes)

@@ -4,13 +4,14 @@ from dataclasses import replace
 from gap_records import evidence_of, record
 import numpy as np
 import pytest
+from scipy.stats import norm
 from ssi_ros.effects import inject, simulate_setup
 from ssi_ros.effects.edits import add_part
 from ssi_ros.gap.diagnose import diagnose
 from ssi_ros.gap.fit import fit
-from ssi_ros.gap.scores import score
+from ssi_ros.gap.ringing import as_gaussian, energies
 from ssi_ros.gap.settings import DiagnosisSettings
-from ssi_ros.gap.strangers import make_strangers
+from ssi_ros.gap.strangers import make_strangers, score_strangers
 from ssi_ros.gap.tolerance import no_tolerance
 from ssi_ros.model import load_spacecraft
 from ssi_ros.model.excitation import Coloured, White
@@ -28,18 +29,40 @@ def test_torques_that_are_not_in_the_library_are_told(part, words):
 
 
 def test_scores_of_strangers_are_standard_where_the_model_is_right():
-    """Each has the mean 0 and the deviation 1, levels projected out; slow modes are less sure."""
+    """Each has the mean 0 and the deviation 1, levels projected out; a slow mode's as well."""
     z, strangers = [], make_strangers(record(200.0)[1])
     for seed in range(12):
         samples, simulator = record(200.0, seed=seed)
         evidence = evidence_of(simulator, samples)
-        z.append(score(strangers, fit(simulator, evidence), evidence,
-                       no_tolerance(simulator.frame, 4)).z)
-    scatter = np.array([s.scatter for s in strangers.effects])
-    z = np.array(z) / scatter
+        z.append(score_strangers(strangers, fit(simulator, evidence), evidence,
+                                 no_tolerance(simulator.frame, 4)).z)
+    z, texts = np.array(z), [s.text for s in strangers.effects]
     assert np.all(np.abs(z.mean(axis=0)) < 3.5 / np.sqrt(len(z)))
-    assert 0.7 < np.sqrt(np.mean(z[:, scatter < 1.1] ** 2)) < 1.3
-    assert np.sqrt(np.mean(z[:, scatter > 1.1] ** 2)) < 1.5
+    assert 0.8 < np.sqrt(np.mean(z ** 2)) < 1.2
+    for number in ('frequency', 'damping'):
+        # those of the two arrays go together: 12 of them, three deviations of their rms
+        slow = [i for i, text in enumerate(texts) if f'{number} of mode 1 ' in text]
+        assert 0.45 < np.sqrt(np.mean(z[:, slow] ** 2)) < 1.6
+
+
+def test_a_damping_told_by_few_energies_has_their_tail():
+    """The mean of three exponentials, standardised: as far out as often as a Gaussian says."""
+    mean = np.random.default_rng(2).gamma(3.0, 1 / 3, 200_000)
+    z = as_gaussian(-(mean - 1) * np.sqrt(3), np.full(len(mean), 3.0))
+    for far in (1.0, 2.0, 3.0):
+        often = norm.sf(far)
+        # 10 %: what the cube root of so few is off by
+        assert np.mean(z < -far) == pytest.approx(often, rel=0.1)
+        assert np.mean(z > far) < often
+    same = np.array([-5.0, 5.0])
+    assert np.array_equal(as_gaussian(same, np.full(2, np.inf)), same)
+
+
+def test_a_record_holds_as_many_energies_as_a_mode_forgets():
+    """One of a short record, and of a long one as many as times that its amplitude decays."""
+    assert energies(1e-4)[0] == pytest.approx(1.0, rel=1e-3)
+    count, share = energies(200.0)
+    assert count == pytest.approx(200.0, rel=5e-3) and share == pytest.approx(1.0, rel=5e-3)
 
 
 @pytest.mark.parametrize('freedoms, words', [
