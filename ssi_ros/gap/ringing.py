@@ -16,7 +16,7 @@ AROUND = 60             # bins of a piece on both sides of a mode that its score
 LEAKS = 12              # bins that the transform of the taper is followed
 APART = 6               # bins that two frequencies are apart, at most
 LINES = 4.0             # points on the half-power width of a mode
-MOST_FINE = 64          # points a bin
+MOST_ROWS = 400_000     # of the record that the true spectrum is taken of, for memory
 TAPER_SHARE = 0.25      # of the record that the true spectrum is seen through
 
 
@@ -43,7 +43,7 @@ def repeats(simulator, score, lower, at_hz, rate):
 
     """
     frame = simulator.frame
-    fine = int(np.clip(np.ceil(LINES * np.pi / rate), 4, MOST_FINE))
+    fine = int(max(4, min(np.ceil(LINES * np.pi / rate), MOST_ROWS // frame.rows)))
     centre = round(at_hz * frame.rows / frame.rate_hz)
     begin, end = max(frame.first, centre - AROUND), min(frame.last, centre + AROUND)
     if begin >= end:
