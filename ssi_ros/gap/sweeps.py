@@ -1,11 +1,11 @@
 """Search a torque for a sine of linearly changing frequency: piecewise, then coherently (107)."""
-from numba import njit
 import numpy as np
 from scipy.fft import fft, next_fast_len
 from scipy.optimize import minimize
 
 from ssi_ros.effects import effect_class
 from ssi_ros.gap.symptoms import SURE, Symptom, within
+from ssi_ros.gap.tracks import best_lines
 
 PIECES = 10             # of the record, each coherent in itself in the first search
 KEPT = 12               # places of the first search that are refined
@@ -77,11 +77,10 @@ def _places(unit, rate_hz, band):
         power = np.abs(fft(pieces * turn, size, axis=1)[:, :last]) ** 2 / np.float32(rows)
         # one strong bin is a line; it must not stand for all pieces
         power = np.minimum(power, np.float32(40.0))
-        for more in inner:
-            shifts = np.rint((rate + more) * middles / df).astype(np.int64)
-            top, start = best_line(power, shifts, first, last)
-            if start >= 0:
-                found.append((top, rate + more, start * df))
+        shifts = np.rint((rate + inner)[:, None] * middles / df).astype(np.int64)
+        tops, starts = best_lines(power, shifts, first, last)
+        found += [(top, rate + more, start * df)
+                  for top, more, start in zip(tops, inner, starts) if start >= 0]
     kept = []
     for _, rate, start in sorted(found, reverse=True):
         if all(abs(rate - r) * PIECES * length_s + abs(start - s) > 3 / length_s for r, s in kept):
@@ -102,23 +101,6 @@ def _amplitude(torque, unit, start, rate):
     found, *_ = np.linalg.lstsq(columns, unit[torque.inside], rcond=None)
     noise = np.sqrt(np.linalg.inv(columns.T @ columns)[0, 0])
     return float(np.sqrt(max(found @ found - 2 * noise ** 2, 0.0)))
-
-
-@njit(cache=True, fastmath=True)
-def best_line(power, shifts, first, last):
-    """Return the largest sum of power along shifted bins, and its first bin; -1 for none."""
-    low, high = first, last
-    for shift in shifts:
-        low, high = max(low, first - shift), min(high, last - shift)
-    if high <= low:
-        return np.float32(0.0), -1
-    total = np.zeros(high - low, np.float32)
-    for i in range(len(shifts)):
-        row = power[i, low + shifts[i]:high + shifts[i]]
-        for k in range(high - low):
-            total[k] += row[k]
-    top = np.argmax(total)
-    return total[top], low + top
 
 
 def _refined(unit, weight, rate, start, rate_hz, duration_s):

@@ -13,14 +13,12 @@ from scipy.stats import gamma, t as student
 
 from ssi_ros.gap.reference.forms import Form
 from ssi_ros.gap.reference.signs import NEVER, Sign
-from ssi_ros.gap.sweeps import best_line
+from ssi_ros.gap.tracks import cells, HALF_LAPPED, straight
 
 LONGER = (1, 2, 4)      # times the shortest pieces: slower sweeps stay longer in a bin
 MOST_PIECES = 400       # so that a long record costs no more
 LEAST_BINS = 4          # between the ends, else it is a line or a mode that moved
 LEAST_PIECES = 16
-LOUD = 8.0              # times the usual power of its frequency that a piece may have
-HALF_LAPPED = 1 / 36    # correlation of powers of Hann pieces that half overlap
 LAGS = 6                # pieces after which the power of a frequency has forgotten itself
 CLEARLY = 3.0           # standard deviations of a correlation that is more than chance
 BESIDE = 3              # bins to which a mode may have moved with its long memory
@@ -60,16 +58,7 @@ def sonogram(left, rows):
     Sonogram
 
     """
-    taper = np.hanning(rows + 2)[1:-1]
-    pieces = np.lib.stride_tricks.sliding_window_view(left, rows, axis=0)[::rows // 2]
-    powers = np.zeros((len(pieces), rows // 2 + 1))
-    for c in range(left.shape[1]):
-        powers += np.abs(np.fft.rfft(pieces[:, c] * taper, axis=1)) ** 2
-    powers = powers[:, 2:-2]
-    powers /= np.median(powers, axis=0)
-    # a pulse, or a level that swings, is loud at all frequencies
-    powers /= np.median(powers, axis=1)[:, None]
-    powers = np.minimum(powers, LOUD)
+    powers = cells(left, rows)
     powers /= powers.mean()
     away = powers - powers.mean(axis=0)
     usual = (away ** 2).mean(axis=0)
@@ -121,24 +110,18 @@ def _along(one, two, rate_hz):
     count, bins = two.powers.shape
     # a mode that rings long, or a shaker's signal, has its variance in the reference, too
     units = ((two.powers - 1) / np.sqrt(one.usual)).astype(np.float32)
-    steps = np.arange(count) / (count - 1)
-    best = (np.float32(-1.0), 0, 0)
-    for way in range(-min(count, bins), min(count, bins) + 1):
-        if abs(way) >= LEAST_BINS:
-            best = max(best, (*best_line(units, np.rint(way * steps).astype(np.int64), 0, bins),
-                              way))
-    total, first, way = best
-    size = float(total) / np.sqrt(count)
+    track = straight(units, LEAST_BINS, min(count, bins))
+    if track is None:
+        return 1.0, 0.0, 0.0, 0.0
+    path = track.path
+    size = float(units[np.arange(count), path].sum()) / np.sqrt(count)
     least = (1 + 2 * HALF_LAPPED) / two.channels
-    cells = 2.0 * bins * count
-    chance = cells * gamma.sf(count / least + size * np.sqrt(count / least), count / least)
-    path = first + np.rint(way * steps).astype(int)
-    chance = max(chance, cells * _by_turns(units, path))
+    lines = 2.0 * bins * count
+    chance = lines * gamma.sf(count / least + size * np.sqrt(count / least), count / least)
+    chance = max(chance, lines * _by_turns(units, path))
     if _mean_along(one, path, rate_hz) > size / 2:
         chance = 1.0
-    # the middle of the first piece is half a piece after the start, of the last before the end
-    more = way / (count - 1)
-    start, end = (rate_hz * max(2 + first + s, 0.0) / two.rows for s in (-more, way + more))
+    start, end = (rate_hz * bin_ / two.rows for bin_ in (track.start, track.end))
     return min(float(chance), 1.0), start, end, size
 
 

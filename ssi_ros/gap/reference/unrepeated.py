@@ -10,6 +10,7 @@ from scipy.stats import f as fisher, gamma
 
 from ssi_ros.gap.reference.pair import TOLERANCE
 from ssi_ros.gap.reference.signs import NEVER, Sign
+from ssi_ros.gap.tracks import cells, HALF_LAPPED, straight
 
 SEEN = 1e-3             # p-value below which a sign is told
 AROUND = 10             # bins around a line that it is compared with
@@ -17,9 +18,8 @@ OWN_BINS = 3            # of a line itself, on each side
 TREND_PERIODS = 6       # that have something left beside a mean and a trend
 STEEP = 8.0             # times the bins beside it, that a line is above
 BANDS = (8.0, 80.0)     # times the rows, the squared rows of a window: sweeps wide and narrow
-LEAST_WINDOWS = 8
-LOUDEST = 8.0           # times its median: a knock counts no more
-LEAST_WAY = 4           # bins that a sweep passes: below it is a line
+LEAST_WINDOWS = 8       # side by side
+LEAST_WAY = 5           # bins that a sweep passes: below it is a line
 STRONGER = 2.0          # times the best of the reference, in standard deviations
 
 
@@ -140,48 +140,26 @@ def _peak(power, best):
     return best - low / (middle + low)
 
 
-def _cells(rest, size):
-    """
-    Return the power of windows and bins, shape (w, f), over what is usual in both.
-
-    What is steady is in every window, what is short in every bin; a sweep is in a few of both.
-    """
-    count = len(rest) // size
-    taper = np.sin(np.pi * (np.arange(size) + 0.5) / size)
-    parts = rest[:count * size].reshape(count, size, -1) * taper[:, None]
-    power = np.square(np.abs(np.fft.rfft(parts, axis=1)))[:, 1:-1]
-    power /= np.maximum(np.median(power, axis=0), 1e-300)
-    cells = power.mean(axis=2)
-    cells /= np.maximum(np.median(cells, axis=1), 1e-300)[:, None]
-    return np.minimum(cells, LOUDEST)
-
-
-def _best_track(cells):
+def _best_track(powers):
     """
     Return the straight track of most power: standard deviations, log p-value, first and last bin.
 
     The sum over a track scatters as a gamma variable of the moments of all cells. Its loudest
     third is left out in the end: a sweep is there all the time, what dies away is not.
     """
-    windows, bins = cells.shape
-    ways = (np.arange(windows) + 0.5) / windows
-    most, track = -np.inf, (0, 0)
-    ends = np.arange(bins)
-    for start in range(bins):
-        rows = np.rint(start + np.outer(ways, ends - start)).astype(int)
-        sums = np.take_along_axis(cells, rows, axis=1).sum(axis=0)
-        sums[max(start - LEAST_WAY, 0):start + LEAST_WAY + 1] = 0.0
-        end = int(np.argmax(sums))
-        if sums[end] > most:
-            most, track = sums[end], (start, end)
-    along = cells[np.arange(windows), np.rint(track[0] + ways * (track[1] - track[0])).astype(int)]
+    windows, bins = powers.shape
+    track = straight(powers, LEAST_WAY, bins - 1)
+    if track is None:
+        return 0.0, 0.0, 0.0, 0.0
+    along = powers[np.arange(windows), track.path]
     thirds = np.array_split(along, 3)
     loudest = int(np.argmax([t.mean() for t in thirds]))
     quieter = np.concatenate(thirds[:loudest] + thirds[loudest + 1:])
-    mean, var = cells.mean(), cells.var()
-    log_p = gamma.logsf(quieter.sum(), len(quieter) * mean ** 2 / var, scale=var / mean)
-    deviations = (quieter.mean() - mean) * np.sqrt(len(quieter) / var)
-    return float(deviations), float(log_p + 2 * np.log(bins)), *track
+    mean, var = powers.mean(), powers.var()
+    count = len(quieter) / (1 + 2 * HALF_LAPPED)
+    log_p = gamma.logsf(count * quieter.mean(), count * mean ** 2 / var, scale=var / mean)
+    deviations = (quieter.mean() - mean) * np.sqrt(count / var)
+    return float(deviations), float(log_p + 2 * np.log(bins)), track.start, track.end
 
 
 def sweep(one, two):
@@ -205,13 +183,13 @@ def sweep(one, two):
         size = int(np.sqrt(squared * min(len(first), len(rest)))) // 2 * 2
         if min(len(first), len(rest)) < LEAST_WINDOWS * size:
             continue
-        usual = _best_track(_cells(first, size))[0]
-        sd, log_p, start, end = _best_track(_cells(rest, size))
+        usual = _best_track(cells(first, size))[0]
+        sd, log_p, start, end = _best_track(cells(rest, size))
         log_p += np.log(len(BANDS))
         if log_p < np.log(SEEN) and sd > STRONGER * usual and (best is None or log_p < best[0]):
             # the whole periods end before the recording does
             end = start + (end - start) * two.recorded / len(two.periods)
-            best = log_p, (start + 1) * two.rate_hz / size, (end + 1) * two.rate_hz / size
+            best = log_p, start * two.rate_hz / size, end * two.rate_hz / size
     if best is None:
         return None
     log_p, start_hz, end_hz = best
