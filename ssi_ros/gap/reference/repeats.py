@@ -8,6 +8,7 @@ of the recorder; what differs between periods came from elsewhere.
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 from scipy.signal.windows import kaiser
 
 LEAST_PERIODS = 2       # that tell their length
@@ -18,6 +19,7 @@ FINER = 3               # corrections of a delay of less than a row
 REPEATS = 0.5           # share of the power that must repeat
 ROW = 1.0               # that a period may be wrong by before it is refined
 CLEAR = 100.0           # times what does not repeat, above which a line has a phase
+BESIDE = 9              # lines over which that is averaged
 ARRIVED, MOST_STEPS = 0.1, 60   # rows of a correction that is none, and corrections
 FEW = 0.95              # quantile of the lines where none is so clear
 INDEPENDENT = 10        # lines at most
@@ -222,7 +224,10 @@ def _lateness(periods, lag):
     """
     y = np.fft.rfft(periods, axis=1)[:, 1:]
     turned = np.einsum('pfl,pfl->fl', y[:-lag].conj(), y[lag:]) / (len(y) - lag)
-    noise = np.square(np.abs(y - y.mean(axis=0))).sum(axis=0) / (len(y) - 1)
+    # by sizes alone, which are half of it: what is late would make noise of the lines that tell it
+    sizes = np.abs(y)
+    noise = 2 * np.square(sizes - sizes.mean(axis=0)).sum(axis=0) / (len(y) - 1)
+    noise = uniform_filter1d(noise, BESIDE, axis=0)
     w = np.tile(2 * np.pi * np.arange(1, len(turned) + 1)[:, None] / periods.shape[1],
                 y.shape[2])
     clear = np.abs(turned) > CLEAR * noise

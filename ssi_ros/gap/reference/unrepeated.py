@@ -140,26 +140,34 @@ def _peak(power, best):
     return best - low / (middle + low)
 
 
-def _best_track(powers):
+def _best_track(powers, periods):
     """
     Return the straight track of most power: standard deviations, log p-value, first and last bin.
 
-    The sum over a track scatters as a gamma variable of the moments of all cells. Its loudest
-    third is left out in the end: a sweep is there all the time, what dies away is not.
+    The sum over a track scatters as a gamma variable of the moments of all cells. The loudest
+    third of the recording, or of each of its periods, is left out in the end, whichever leaves
+    less: a sweep is there all the time, what dies away is not, though it begin anew in every
+    period.
     """
     windows, bins = powers.shape
     track = straight(powers, LEAST_WAY, bins - 1)
     if track is None:
         return 0.0, 0.0, 0.0, 0.0
     along = powers[np.arange(windows), track.path]
-    thirds = np.array_split(along, 3)
-    loudest = int(np.argmax([t.mean() for t in thirds]))
-    quieter = np.concatenate(thirds[:loudest] + thirds[loudest + 1:])
+    share = (np.arange(windows) + 0.5) / windows
+    quieter = min((_without_loudest(along, s) for s in (share, share * periods % 1.0)),
+                  key=np.mean)
     mean, var = powers.mean(), powers.var()
     count = len(quieter) / (1 + 2 * HALF_LAPPED)
     log_p = gamma.logsf(count * quieter.mean(), count * mean ** 2 / var, scale=var / mean)
     deviations = (quieter.mean() - mean) * np.sqrt(count / var)
     return float(deviations), float(log_p + 2 * np.log(bins)), track.start, track.end
+
+
+def _without_loudest(along, share):
+    """Return the powers of a track but those of the loudest third, by shares from 0 to 1."""
+    third = np.floor(3 * share)
+    return along[third != max(range(3), key=lambda k: along[third == k].mean())]
 
 
 def sweep(one, two):
@@ -183,8 +191,8 @@ def sweep(one, two):
         size = int(np.sqrt(squared * min(len(first), len(rest)))) // 2 * 2
         if min(len(first), len(rest)) < LEAST_WINDOWS * size:
             continue
-        usual = _best_track(cells(first, size))[0]
-        sd, log_p, start, end = _best_track(cells(rest, size))
+        usual = _best_track(cells(first, size), len(one.periods))[0]
+        sd, log_p, start, end = _best_track(cells(rest, size), len(two.periods))
         log_p += np.log(len(BANDS))
         if log_p < np.log(SEEN) and sd > STRONGER * usual and (best is None or log_p < best[0]):
             # the whole periods end before the recording does

@@ -73,7 +73,8 @@ def independent_share(repeats, cut, same):
     root = np.sqrt(count - lags)            # so many pairs of periods tell it
     terms = np.column_stack([np.ones(len(lags)), lags]) * root[:, None]
     apart, walk = np.linalg.lstsq(terms, -np.log(alike) * root[:, None], rcond=None)[0]
-    walk = np.maximum(walk, 0.0)
+    # two periods cannot tell a walk from noise; noise would be trusted where a rattle walks
+    walk = np.maximum(walk, 0.0) if count > 2 else -np.log(alike[0])
     # likeness neither rises with time nor is above 1 at once
     apart = np.maximum(np.average(-np.log(alike) - walk * lags[:, None], axis=0,
                                   weights=count - lags), 0.0)

@@ -51,6 +51,14 @@ def test_the_period_is_told_to_a_few_millionths(ppm):
     assert found.share > 0.999
 
 
+def test_two_periods_of_no_whole_number_of_rows_are_no_clock():
+    """0.4 rows beyond a whole number: the lines that it turns most tell it as well as others."""
+    samples = shaken(32, 2.3, ppm=-400.0)
+    # 2e-5 of a period: two of them, noise of 0.3 %
+    assert split(samples).period_rows == pytest.approx(PERIOD * 1.0004, rel=2e-5)
+    assert clock(split(samples), split(shaken(33, 2.3, ppm=-400.0, begin=100.0))) is None
+
+
 def test_a_structure_that_drifts_does_not_change_the_period():
     """2 % of stiffness over the record turn the lines at the modes; most lines stay."""
     assert split(shaken(2, scale=(1.0, 0.98))).period_rows == pytest.approx(PERIOD, rel=2e-5)
@@ -138,6 +146,14 @@ def test_what_dies_away_is_no_sweep():
     assert 'wheel_speed_sweep' not in signs(shaken(24), shaken(25, added=start))
 
 
+def test_what_dies_away_in_every_period_is_no_sweep():
+    """A slow line that begins anew with the signal and is not the same each time."""
+    def start(t):
+        again = np.random.default_rng(34).standard_normal(6)[(t // 20.0).astype(int)]
+        return 0.1 * again * np.exp(-0.3 * (t % 20.0)) * np.sin(2 * np.pi * 1.3 * t)
+    assert 'wheel_speed_sweep' not in signs(shaken(24), shaken(25, added=start))
+
+
 @pytest.mark.parametrize('period_s', [31.0, 20.0])
 def test_a_swing_of_the_level_is_told_with_its_depth(period_s):
     """10 %, at odds with the signal and in step with it, where only the reference tells."""
@@ -181,6 +197,9 @@ def test_periods_that_wander_are_fewer_spectra():
     assert share[20.0] > 0.9
     # 1 + 2 sum (1 - k / 6) exp(-0.3 k) = 3.6 spectra of six are one, and none is in both
     assert share[0.15] == pytest.approx(1 / 3.4, rel=0.25)
+    # two periods cannot tell a walk from noise, and are not trusted beyond it
+    two = Repeats(rattling(0.5, 31).periods[:2], float(PERIOD), 0.0, RATE_HZ, 2.0)
+    assert independent_share(two, cut, True).mean() == pytest.approx(0.8, abs=0.1)
     # under another signal copies are one spectrum
     assert independent_share(rattling(0.0, 31), cut, False).mean() == pytest.approx(1 / 6)
 
