@@ -114,7 +114,7 @@ def _diagnose(reference, record, settings, names, pairs, tell):
                   f'{len(quiet)} bands hold noise only, which does not grow with it, and were '
                   'left out',)
     nominal = make_nominal(pair.reference, pair.channels, cut, one.mean, one)
-    if enough(repeats):
+    if repeats is not None:
         nominal = nominal.trusted(independent_share(repeats[0], cut, same_signal(*repeats)))
     base = fit(nominal, two.mean, one.freedom, two.freedom)
     tell(0.1)
@@ -210,10 +210,13 @@ def _gap(nominal, base, one, two):
 def _signs(pair, reference, record, cut, usual, level, found, two, names):
     raw = [s.values[:, [s.channels.index(c) for c in pair.channels]]
            for s in (reference, record)]
-    left = [predictor(v).residual(v) for v in (pair.reference, pair.record)]
+    values = pair.reference, pair.record
+    ways = [predictor(v) for v in values]
+    left = [way.residual(v) for way, v in zip(ways, values)]
+    paced = [way.paced(v, e) for way, v, e in zip(ways, values, left)]
     levels = _levels(left[1], two)
     signs = [look.losses(pair.missing), look.steps(*raw), look.rails(*raw, pair.channels),
-             look.level_swings(*left, cut.rate_hz), pulses(*left, cut.rate_hz),
+             look.level_swings(*paced, cut.rate_hz), pulses(*paced, cut.rate_hz),
              sweep(*left, cut.rate_hz),
              line_or_mode(look.line(pair.reference, pair.record, cut, usual,
                                     float(np.exp(level))),

@@ -2,8 +2,14 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import uniform_filter1d
+from scipy.optimize import nnls
 
 PREDICTED = 60          # past samples of which one is predicted
+COMES_BACK = 12        # samples of the past whose errors are followed
+LOUD = 9.0              # times the usual power of what is left
+LEAST_SHARE = 0.01      # of what is left, below which nothing follows the pace
+AROUND, WINDOWS = 960, 60       # rows over which a level is steady, at least, and in a recording
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,6 +35,50 @@ class Predictor:
     def residual(self, values):
         """Return what is left of a recording, white and of unit variance, (n - k, l)."""
         return _left(values / self.scale, self.weights) @ self.lower.T
+
+    def paced(self, values, left):
+        """
+        Return what is left, whitened again by how fast the motion is at each row, eq. (161c).
+
+        A wrong instant errs by the pace of the motion, now and through the prediction of what
+        follows: what is large for a moment because the motion is fast is no pulse. The pace is
+        foretold from the past, which knows nothing of what is new.
+
+        Parameters
+        ----------
+        values : ndarray, shape (n, l)
+            A recording.
+        left : ndarray, shape (n - k, l)
+            As of `residual`.
+
+        Returns
+        -------
+        ndarray, shape (n - k, l)
+
+        """
+        new = np.linalg.solve(self.lower, left.T).T
+        known = (values / self.scale)[-len(left):] - new
+        # the step to the next sample, from the same past: the samples themselves are wrong
+        steps = np.zeros_like(known)
+        steps[:-1] = np.diff(known, axis=0) - new[:-1] @ self.weights[0]
+        errors = np.einsum('ni,nj->nij', *[steps @ self.lower.T] * 2)
+        for k, weight in enumerate(self.weights[:COMES_BACK], 1):
+            late = steps[:-k] @ weight @ self.lower.T
+            errors[k:] += late[:, :, None] * late[:, None, :]
+        pace = np.einsum('nii->n', errors)
+        power = (left ** 2).sum(axis=1)
+        # a level that wanders is in both; jitter follows the pace from moment to moment. Few loud
+        # events, which ring, shall not make a level either
+        around = max(AROUND, len(left) // WINDOWS)
+        steady, beats = (v / uniform_filter1d(v, around) for v in (power, pace))
+        usual, jitter = nnls(np.column_stack([np.ones(len(left)), beats]),
+                             np.minimum(steady, LOUD))[0]
+        share = jitter / (usual + jitter)
+        if share < LEAST_SHARE:
+            return left
+        width = left.shape[1]
+        covariance = (1 - share) * np.eye(width) + share * width * errors / pace.mean()
+        return np.linalg.solve(np.linalg.cholesky(covariance), left[:, :, None])[:, :, 0]
 
     def shaping(self, cycles):
         """Return the filter from that to the channels, (f, l, l), at cycles a sample (f,)."""

@@ -13,7 +13,7 @@ from ssi_ros.gap.reference.pair import TOLERANCE
 
 PILED = 5e-3            # share of rounded values that a rail must show
 RAIL_HITS = 5           # times that a channel must show exactly its extreme
-WINDOWS = 60            # in which the level is followed
+WINDOWS = 60            # of the shorter recording, in which the level is followed
 PEAK, FEW = 16.0, 12     # fewer bins than FEW within PEAK of the largest: no smooth level
 AROUND = 10             # bins around a line in which the reference is looked at
 OWN_BINS = 3            # of a line itself under its taper, on each side
@@ -103,27 +103,29 @@ def rails(one, two, channels):
                 f'{", ".join(limits)} repeat their extreme of {limit:.4g} m/s^2 exactly')
 
 
-def _swing(left, rate_hz):
-    size = len(left) // WINDOWS
-    power = np.log((left[:size * WINDOWS].reshape(WINDOWS, -1) ** 2).mean(axis=1))
-    return power, size / rate_hz
+def _swing(left, size):
+    count = len(left) // size
+    return np.log((left[:size * count].reshape(count, -1) ** 2).mean(axis=1))
 
 
 def level_swings(left_one, left_two, rate_hz):
     """Compare how the level wanders, by the variances over windows, (160)."""
-    if min(len(left_one), len(left_two)) < 20 * WINDOWS:
+    shorter = min(len(left_one), len(left_two))
+    if shorter < 20 * WINDOWS:
         return None
-    (before, _), (after, size_s) = _swing(left_one, rate_hz), _swing(left_two, rate_hz)
+    # windows of one length: shorter ones scatter more, whatever the level does
+    size = shorter // WINDOWS
+    before, after = _swing(left_one, size), _swing(left_two, size)
     ratio = after.var() / before.var()
     # neighbouring windows repeat each other, so fewer degrees than windows
-    p = float(fisher.sf(ratio, WINDOWS // 2, WINDOWS // 2))
+    p = float(fisher.sf(ratio, len(after) // 2, len(before) // 2))
     swing = np.fft.rfft(after - after.mean())
     best = 1 + int(np.argmax(np.abs(swing[1:])))
     depth = float(min(np.sqrt(max(after.var() - before.var(), 0.0) / 2), 0.99))
     if p > 1e-3 or depth < 0.02:
         return None
     return Sign('nonstationary_excitation', {}, {
-        'depth': (depth, '1'), 'period_s': (WINDOWS * size_s / best, 's')}, p,
+        'depth': (depth, '1'), 'period_s': (len(after) * size / rate_hz / best, 's')}, p,
         f'the level wanders by {100 * depth:.2g} %, {ratio:.3g} times the variance of the '
         'reference')
 
