@@ -3,8 +3,11 @@ Measure the diagnosis against a reference recording on measured records, with ef
 
     SSI_ROS_DATA=FOLDER python -m validation.gap_hardware nulls
     SSI_ROS_DATA=FOLDER python -m validation.gap_hardware effects [SETUP ...]
+    SSI_ROS_DATA=FOLDER python -m validation.gap_hardware other_nulls
+    SSI_ROS_DATA=FOLDER python -m validation.gap_hardware other_effects [SETUP ...]
 """
 import argparse
+from functools import partial
 import time
 
 import numpy as np
@@ -51,6 +54,31 @@ def short(values):
 SPLITS = {f.__name__: f for f in (halves, thirds, turns, backwards, short)}
 
 
+def parts(first, second):
+    """Return a split into two parts, each from one share of a record to another."""
+    def split(values):
+        return tuple(values[int(len(values) * low):int(len(values) * high)]
+                     for low, high in (first, second))
+    return split
+
+
+def in_turns(count):
+    """Return a split into every other of so many segments, and the rest."""
+    def split(values):
+        segments = np.array_split(values, count)
+        return np.concatenate(segments[::2]), np.concatenate(segments[1::2])
+    return split
+
+
+OTHER_SPLITS = {
+    'third 1, 2': parts((0, 1 / 3), (1 / 3, 2 / 3)),
+    'third 2, 3': parts((1 / 3, 2 / 3), (2 / 3, 1)),
+    'third 3, 1': parts((2 / 3, 1), (0, 1 / 3)), 'quarter 1, 4': parts((0, 0.25), (0.75, 1)),
+    'quarter 2, 3': parts((0.25, 0.5), (0.5, 0.75)), 'quarter, rest': parts((0, 0.25), (0.25, 1)),
+    'rest, quarter': parts((0.25, 1), (0, 0.25)), 'turns of 4': in_turns(4),
+    'turns of 40': in_turns(40), 'unequal': parts((0.03, 0.41), (0.47, 0.99))}
+
+
 def load(name, folder):
     """Return samples and the band where they live, of a name such as f16_5."""
     if name == 'bridge':
@@ -80,20 +108,34 @@ SETUPS = {
     'wing': ('f16_5', (1,), 4, 'halves'),
     'joint': ('f16_2', (1, 2), 2, 'thirds'),
 }
+# nothing was set by these
+OTHER_WAYS = {
+    'f16_1': (('f16_1', (0, 1), 1), ('f16_1', (0,), 2), ('f16_1', (1,), 8), ('f16_1', (), 5)),
+    'f16_2': (('f16_2', (1, 2), 1), ('f16_2', (2,), 2), ('f16_2', (1,), 10), ('f16_2', (), 3)),
+    'f16_5': (('f16_5', (1, 2), 1), ('f16_5', (0,), 8), ('f16_5', (1,), 2), ('f16_5', (), 5),
+              ('f16_5', (), 10)),
+    'bridge': (('bridge', (1,), 1), ('bridge', (4,), 3), ('bridge', (0, 1), 1),
+               ('bridge', (1, 3, 4), 2), ('bridge', (), 4))}
+OTHER_SETUPS = {
+    'a': ('f16_1', (0,), 8, 'halves'), 'b': ('f16_5', (0, 2), 5, 'third 1, 2'),
+    'c': ('f16_2', (), 4, 'third 2, 3'), 'd': ('bridge', (1,), 1, 'halves'),
+    'e': ('bridge', (0, 2), 2, 'halves'), 'f': ('bridge', (1, 3, 4), 1, 'third 1, 2'),
+    'g': ('f16_1', (1, 2), 4, 'unequal'), 'h': ('f16_2', (1,), 10, 'halves'),
+    'i': ('f16_5', (), 5, 'halves')}
 
 
-def nulls(*names):
+def nulls(*names, ways=WAYS, splits=SPLITS):
     """Print what is said of two parts of one record, without an effect."""
     folder = data_folder()
     print('| record | channels | rate | split | outcome | p | named | CPU s |\n' + '|---' * 8
           + '|', flush=True)
     alarms = total = 0
-    for name in names or WAYS:
-        for way in WAYS[name]:
+    for name in names or ways:
+        for way in ways[name]:
             samples, _ = prepared(*way, folder)
-            for split, parts in SPLITS.items():
+            for split, both in splits.items():
                 pair = [Samples(v, samples.rate_hz, samples.channels)
-                        for v in parts(samples.values)]
+                        for v in both(samples.values)]
                 found, took = timed(*pair)
                 total += 1
                 alarms += found.outcome not in ('WITHIN_FLOOR', 'TOO_LITTLE_DATA')
@@ -110,22 +152,24 @@ def timed(one, two):
     return found, time.process_time() - begin
 
 
-def effects(*names):
+def effects(*names, setups=SETUPS, seed=100):
     """Print what is said of every effect injected into the second part of every setup."""
     folder = data_folder()
     print('| setup | injected | outcome | named | probability | in class | site right | '
           'told (true) | closed | CPU s |\n' + '|---' * 10 + '|', flush=True)
     right = total = 0
-    for name in names or SETUPS:
-        *way, split = SETUPS[name]
+    for name in names or setups:
+        *way, split = setups[name]
         samples, live = prepared(*way, folder)
-        one, rest = SPLITS[split](samples.values)
+        one, rest = (SPLITS | OTHER_SPLITS)[split](samples.values)
         for k, (case, (effect, sizes, change, several)) in enumerate(CASES.items()):
             if several and len(samples.channels) == 1:
                 continue
             for size in sizes:
+                if case.startswith('low-pass') and size * live[1] > 0.49 * samples.rate_hz:
+                    continue
                 values, truth = change(Record(rest, samples.rate_hz, live), size,
-                                       np.random.default_rng(100 + k))
+                                       np.random.default_rng(seed + k))
                 try:
                     found, took = timed(*(Samples(v, samples.rate_hz, samples.channels)
                                           for v in (one, values)))
@@ -158,9 +202,11 @@ def told(found, effect, truth):
 
 if __name__ == '__main__':
     parser = argparse.ArgumentParser(description=__doc__.strip().splitlines()[0])
-    parser.add_argument('kind', choices=('nulls', 'effects'))
+    parser.add_argument('kind', choices=('nulls', 'effects', 'other_nulls', 'other_effects'))
     parser.add_argument('names', nargs='*', metavar='NAME',
                         help=f'records of nulls: {", ".join(WAYS)}; setups of effects: '
                              f'{", ".join(SETUPS)}; all by default')
     given = parser.parse_args()
-    {'nulls': nulls, 'effects': effects}[given.kind](*given.names)
+    {'nulls': nulls, 'effects': effects,
+     'other_nulls': partial(nulls, ways=OTHER_WAYS, splits=OTHER_SPLITS),
+     'other_effects': partial(effects, setups=OTHER_SETUPS, seed=900)}[given.kind](*given.names)
