@@ -18,7 +18,8 @@ from ssi_ros.gap.holes import completed, without_rails
 from ssi_ros.gap.scores import score
 from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.gap.spectra import make_frame
-from ssi_ros.gap.strangers import make_strangers, score_strangers
+from ssi_ros.gap.strange import score_strangers
+from ssi_ros.gap.strangers import make_strangers
 from ssi_ros.gap.tolerance import tolerances
 from ssi_ros.model import load_spacecraft
 

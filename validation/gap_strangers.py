@@ -4,7 +4,8 @@ Diagnose records with an effect that is not in the library: how many are told to
     python -m validation.gap_strangers [SEEDS]
 
 Sizes are in units of d', what an oracle that knows the effect would see, levels and tolerances
-projected out. Every record: 600 s, level within 3 dB of the model's.
+projected out; of gains that wander it is the amplitude of half a cosine over the record. Every
+record: 600 s, level within 3 dB of the model's.
 """
 import argparse
 from dataclasses import replace
@@ -96,6 +97,10 @@ CASES = {
     'torque about y': (torque('y'), 1e-3), 'torque about x below 0.3 Hz': (torque('x', 0.3), 1e-3)}
 
 
+WANDERS = {'gain of e1_a wanders': slice(1), 'gain of E1 wanders': slice(2)}
+AMPLITUDES = (0.005, 0.01, 0.04)
+
+
 def size_for(simulator, make, size, detection, settings):
     """Return the size of a stranger that an oracle sees with so many deviations."""
     nominal = simulator.expected(Candidate())
@@ -112,26 +117,37 @@ def size_for(simulator, make, size, detection, settings):
 
 def main(seeds):
     """Print what is said of every case."""
+    def tell(name, size, detection, samples):
+        begin = time.process_time()
+        found = diagnose(spacecraft, samples)
+        print(f'| {name} | {size:.3g} | {detection} | {found.outcome} | '
+              f'{found.gap["p_value"]:.1e} | {" + ".join(found.verdict["effects"])} | '
+              f'{"; ".join(found.signs)} | {time.process_time() - begin:.0f} |', flush=True)
+        flagged.append(found.outcome == 'UNEXPLAINED')
+
+    def craft(seed):
+        return at_decibel(spacecraft, np.random.default_rng(seed).uniform(-3, 3))
     spacecraft, settings = load_spacecraft(), DiagnosisSettings()
     frame = make_frame(round(SECONDS * spacecraft.rate_hz), spacecraft.rate_hz, settings)
     simulator = Simulator(spacecraft, frame, SECONDS)
     print("| stranger | size | d' | outcome | p | named | told | CPU s |\n" + '|---' * 8 + '|',
           flush=True)
-    count = flagged = 0
+    flagged = []
     for name, (make, start) in CASES.items():
         for detection in SIZES:
             size = size_for(simulator, make, start, detection, settings)
             for seed in range(seeds):
-                craft = at_decibel(spacecraft, np.random.default_rng(seed).uniform(-3, 3))
-                samples = simulate_setup(make(inject(craft, (), SECONDS), size), 4000 + seed)
-                begin = time.process_time()
-                found = diagnose(spacecraft, samples)
-                count, flagged = count + 1, flagged + (found.outcome == 'UNEXPLAINED')
-                print(f'| {name} | {size:.3g} | {detection:g} | {found.outcome} | '
-                      f'{found.gap["p_value"]:.1e} | {" + ".join(found.verdict["effects"])} | '
-                      f'{"; ".join(found.signs)} | {time.process_time() - begin:.0f} |',
-                      flush=True)
-    print(f'\n{flagged} of {count} unexplained')
+                samples = simulate_setup(make(inject(craft(seed), (), SECONDS), size), 4000 + seed)
+                tell(name, size, f'{detection:g}', samples)
+    for name, channels in WANDERS.items():
+        for size in AMPLITUDES:
+            for seed in range(seeds):
+                samples = simulate_setup(inject(craft(seed), (), SECONDS), 4000 + seed)
+                values = samples.values.copy()
+                turn = np.pi * np.arange(len(values)) / len(values)
+                values[:, channels] *= 1 + size * np.cos(turn)[:, None]
+                tell(name, size, '', replace(samples, values=values))
+    print(f'\n{sum(flagged)} of {len(flagged)} unexplained')
 
 
 if __name__ == '__main__':

@@ -21,7 +21,7 @@ from ssi_ros.gap.search import BEHIND, Search
 from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.gap.slow import relief, slow_signs
 from ssi_ros.gap.spectra import make_frame
-from ssi_ros.gap.strangers import make_strangers, score_strangers, strange_sign
+from ssi_ros.gap.strange import make_strange, strange_scores, strange_sign
 from ssi_ros.gap.symptoms import symptoms
 from ssi_ros.gap.tolerance import tolerances
 from ssi_ros.gap.torque import odd_signs, reconstruct, torque_signs
@@ -123,7 +123,7 @@ def _diagnose(spacecraft, samples, settings, names, pairs, present, tell):
                 measure(fitted.model, evidence, settings.band_bins))
 
     signs, odd, meter = look(nominal, sought)
-    odd += strange_sign(score_strangers(strangers, nominal, evidence, tolerance))
+    odd += strange_sign(strange_scores(strangers, nominal, evidence, tolerance))
     gap = {'before': meter.value, 'floor': meter.floor, 'floor_std': meter.floor_std,
            'p_value': _together(scores.p_value(), _whole_and_local(meter), signs + odd)}
     where = locate(simulator, nominal.model, evidence, settings)
@@ -148,7 +148,7 @@ def _diagnose(spacecraft, samples, settings, names, pairs, present, tell):
     def left_by(best):
         rest = score(templates, best.fit, evidence, tolerance)
         more, odd, meter = look(best.fit, tuple(n for n in sought if n not in best.names))
-        strange = score_strangers(strangers, best.fit, evidence, tolerance)
+        strange = strange_scores(strangers, best.fit, evidence, tolerance)
         seen = odd + strange_sign(strange)
         left = _left(rest, more, seen, _whole_and_local(meter), meter.deviations > FAR)
         if left.p_value < DOUBT:
@@ -266,7 +266,7 @@ class _Quiet:
 @lru_cache(maxsize=4)
 def _strangers(spacecraft, rows, settings, present):
     frame = make_frame(rows, spacecraft.rate_hz, settings)
-    return make_strangers(Simulator(spacecraft, frame, rows / spacecraft.rate_hz, present))
+    return make_strange(Simulator(spacecraft, frame, rows / spacecraft.rate_hz, present))
 
 
 @lru_cache(maxsize=4)

@@ -15,7 +15,7 @@ from ssi_ros.gap.meter import measure
 from ssi_ros.gap.rank import above_floor, folds
 from ssi_ros.gap.scores import directions, score
 from ssi_ros.gap.slow import slow_signs
-from ssi_ros.gap.strangers import score_strangers, strange_sign
+from ssi_ros.gap.strange import strange_directions, strange_scores, strange_sign
 from ssi_ros.gap.swings import wander
 from ssi_ros.gap.symptoms import SURE
 from ssi_ros.gap.torque import odd_signs, reconstruct, torque_signs
@@ -139,9 +139,10 @@ def floor_by_simulation(simulator, best, made, templates, strangers, tolerance, 
         again = fit_again(simulator, evidence, best, REFIT_STEPS, tolerance)
         points.append(again.candidate.point())
         # all five fits are near each other: templates whitened by the first will do
-        here = here or [directions(t, again, evidence, tolerance) for t in (templates, strangers)]
+        here = here or (directions(templates, again, evidence, tolerance),
+                        strange_directions(strangers, again, evidence, tolerance))
         z.append(score(templates, again, evidence, tolerance, here[0]).z)
-        strange.append(score_strangers(strangers, again, evidence, tolerance, here[1]).z)
+        strange.append(strange_scores(strangers, again, evidence, tolerance, here[1]).z)
         meters.append(measure(again.model, evidence, settings.band_bins))
         halves.append(above_floor([measure(again.model, half, settings.band_bins)
                                    for half in folds(evidence)]))

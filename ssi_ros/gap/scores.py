@@ -196,6 +196,7 @@ class Directions:
     """Templates as a model whitens them, and their information with levels projected out."""
 
     def __init__(self, templates, plain, shares, tolerance, frame, pieces):
+        self.effects = templates.effects
         model = plain.mean(axis=0, keepdims=True)
         lower = np.linalg.inv(np.linalg.cholesky(model))[0].astype(np.complex64)
         # templates are made at nominal levels: the excitation of the record scales them

@@ -7,15 +7,12 @@ everywhere hardly minds little of it; one that knows the shape does.
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import chi2, norm
-
 from ssi_ros.effects.edits import add_part
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.expected import expected
 from ssi_ros.gap.likelihood import hermitian
-from ssi_ros.gap.ringing import as_gaussian, energies, repeats
-from ssi_ros.gap.scores import Directions, power_of, score, Templates
-from ssi_ros.gap.symptoms import Oddity, SURE
+from ssi_ros.gap.ringing import energies, repeats
+from ssi_ros.gap.scores import Directions, power_of, Templates
 from ssi_ros.gap.tolerance import no_tolerance
 from ssi_ros.model.excitation import Coloured, White
 
@@ -24,7 +21,6 @@ TORQUE = 0.1            # of the nominal torque, rms
 DAMPING = 1.1
 STIFFNESS = 1.002       # of one mode
 SLOW = 8.0              # decay in a piece above which its bins and pieces are independent
-LEAST = 1e-3            # share of information below which modes do not differ by themselves
 
 
 @dataclass(frozen=True)
@@ -145,46 +141,3 @@ def _scaled(setup, name, rows, factor):
     matrix = getattr(setup.system, name).copy()
     matrix[rows, rows] *= factor
     return replace(setup, system=replace(setup.system, **{name: matrix}))
-
-
-def score_strangers(strangers, fitted, evidence, tolerance, here=None):
-    """Return the scores of strangers, as `score` does, each as a standard Gaussian, eq. (105b)."""
-    found = score(strangers, fitted, evidence, tolerance, here)
-    z = found.z / [s.scatter for s in found.effects]
-    return replace(found, z=as_gaussian(z, np.array([s.count for s in found.effects])))
-
-
-def strange_sign(scores):
-    """
-    Return the sign of the likeliest stranger, if one is there.
-
-    Parameters
-    ----------
-    scores : Scores
-        Of `score_strangers`.
-
-    Returns
-    -------
-    tuple of Oddity
-        None or one.
-
-    """
-    adds, z = np.array([s.adds for s in scores.effects]), scores.z
-    tails = np.where(adds, norm.sf(z), 2 * norm.sf(np.abs(z)))
-    best = int(np.argmin(tails))
-    p = float(min(1.0, 2 * len(tails) * tails[best]))
-    text = f'it looks like {scores.effects[best].text}, {abs(z[best]):.1f} sd'
-    together, count = _together(scores)
-    if 2 * together < p:
-        p = 2 * together
-        text = f'its modes differ, each in its own way, in {count} numbers'
-    return (Oddity('a stranger', p, text),) if p <= SURE else ()
-
-
-def _together(scores):
-    """Return the p-value of all numbers of all modes at once, and how many tell of themselves."""
-    modal = np.flatnonzero([s.modal for s in scores.effects])
-    values, vectors = np.linalg.eigh(scores.cosine[np.ix_(modal, modal)])
-    told = values > LEAST * values[-1]
-    sizes = (vectors.T[told] @ scores.z[modal]) ** 2 / values[told]
-    return float(chi2.sf(sizes.sum(), len(sizes))), len(sizes)

@@ -38,14 +38,14 @@ def swing(torque):
     if p > SURE:
         return None
     frequency = _strongest(coarse, at, frequencies[best - 1], frequencies[best + 1])
-    _, (cosine, sine) = _sine_fit(coarse, at, frequency)
+    cosine, sine = _swing_of(coarse, at, frequency)
     size = np.sqrt(2 * gains[best])
     period = 1 / frequency
     # once more, so that crests are not cut for being crests
     turns = 2 * np.pi * np.arange(count) / torque.rate_hz / period
     level = _magnitude(torque, 1 + min(1, 0.95 / np.hypot(cosine, sine)) * (
         cosine * np.cos(turns) + sine * np.sin(turns)))
-    _, (cosine, sine) = _sine_fit(_coarse(level, torque.rate_hz)[0], at, frequency)
+    cosine, sine = _swing_of(_coarse(level, torque.rate_hz)[0], at, frequency)
     depth = _undiluted(np.hypot(cosine, sine), torque.excited)
     phase = np.arctan2(cosine, sine) - 2 * np.pi * torque.inside.start / torque.rate_hz / period
     return Symptom(within(
@@ -89,7 +89,7 @@ def _by_chance(coarse, at, spread, line_hz):
     # a swing is no chance, nor is its harmonic, which the noise that does not swing makes of it
     for frequency in (line_hz, 2 * line_hz):
         turns = 2 * np.pi * frequency * at
-        _, (cosine, sine) = _sine_fit(left, at, frequency)
+        _, (cosine, sine), _ = _sine_fit(left, at, frequency)
         left = left - cosine * np.cos(turns) - sine * np.sin(turns)
     cells = (np.abs(np.fft.rfft(left - left.mean())) ** 2 / (rows * spread))[1:]
     frequencies = np.arange(1, len(cells) + 1) / span
@@ -154,10 +154,21 @@ def _strongest(coarse, at, low_hz, high_hz):
     return minimize_scalar(lambda f: -_sine_fit(coarse, at, f)[0], bounds=(low_hz, high_hz)).x
 
 
+def _swing_of(values, at, frequency):
+    """Return cosine and sine of a level over what it swings about."""
+    _, found, middle = _sine_fit(values, at, frequency)
+    return found / max(middle, 0.2 * values.mean())
+
+
 def _sine_fit(values, at, frequency):
-    """Return the sum of squares that a sinusoid explains, and its cosine and sine."""
+    """
+    Return the sum of squares that a sinusoid explains, its cosine and sine, and their middle.
+
+    The mean of one period and a half is not what a level swings about.
+    """
     columns = np.column_stack([np.cos(2 * np.pi * frequency * at),
                                np.sin(2 * np.pi * frequency * at), np.ones(len(at))])
-    centred = columns[:, :2] - columns[:, :2].mean(axis=0)
+    means = columns[:, :2].mean(axis=0)
+    centred = columns[:, :2] - means
     found, *_ = np.linalg.lstsq(centred, values - values.mean(), rcond=None)
-    return np.sum((centred @ found) ** 2), found
+    return np.sum((centred @ found) ** 2), found, values.mean() - means @ found

@@ -1,17 +1,17 @@
-"""Known shapes of gaps that are not in the library, eq. (105a)."""
+"""Known shapes of gaps that are not in the library, (105a) to (105c)."""
 from dataclasses import replace
 
 from gap_records import evidence_of, record
 import numpy as np
 import pytest
 from scipy.stats import norm
-from ssi_ros.effects import inject, simulate_setup
+from ssi_ros.effects import inject, parse_effect, simulate_setup
 from ssi_ros.effects.edits import add_part
 from ssi_ros.gap.diagnose import diagnose
 from ssi_ros.gap.fit import fit
 from ssi_ros.gap.ringing import as_gaussian, energies
 from ssi_ros.gap.settings import DiagnosisSettings
-from ssi_ros.gap.strangers import make_strangers, score_strangers
+from ssi_ros.gap.strange import make_strange, strange_scores
 from ssi_ros.gap.tolerance import no_tolerance
 from ssi_ros.model import load_spacecraft
 from ssi_ros.model.excitation import Coloured, White
@@ -30,13 +30,14 @@ def test_torques_that_are_not_in_the_library_are_told(part, words):
 
 def test_scores_of_strangers_are_standard_where_the_model_is_right():
     """Each has the mean 0 and the deviation 1, levels projected out; a slow mode's as well."""
-    z, strangers = [], make_strangers(record(200.0)[1])
+    z, strangers = [], make_strange(record(200.0)[1])
     for seed in range(12):
         samples, simulator = record(200.0, seed=seed)
         evidence = evidence_of(simulator, samples)
-        z.append(score_strangers(strangers, fit(simulator, evidence), evidence,
-                                 no_tolerance(simulator.frame, 4)).z)
-    z, texts = np.array(z), [s.text for s in strangers.effects]
+        scores = strange_scores(strangers, fit(simulator, evidence), evidence,
+                                no_tolerance(simulator.frame, 4))
+        z.append(scores.z)
+    z, texts = np.array(z), [s.text for s in scores.effects]
     assert np.all(np.abs(z.mean(axis=0)) < 3.5 / np.sqrt(len(z)))
     assert 0.8 < np.sqrt(np.mean(z ** 2)) < 1.2
     for number in ('frequency', 'damping'):
@@ -79,3 +80,28 @@ def test_modes_that_moved_on_their_own_are_told(freedoms, words):
     found = diagnose(load_spacecraft(), simulate_setup(moved, 5), DiagnosisSettings(), pairs=False)
     assert found.outcome == 'UNEXPLAINED'
     assert any(words in s for s in found.signs)
+
+
+@pytest.mark.parametrize('channels, size, words', [
+    (slice(1), 0.01, 'the gain of e1_'),
+    (slice(2), 0.06, 'the gain of all of E')])
+def test_a_gain_that_follows_the_temperature_is_told(channels, size, words):
+    """Its mean over the record is that of the model, so that no spectrum shows it."""
+    samples = simulate_setup(inject(load_spacecraft(), (), 600.0), 6)
+    values = samples.values.copy()
+    wave = np.cos(np.pi * np.arange(len(values)) / len(values))
+    values[:, channels] *= 1 + size * wave[:, None]
+    found = diagnose(load_spacecraft(), replace(samples, values=values), DiagnosisSettings(),
+                     pairs=False)
+    assert found.outcome == 'UNEXPLAINED'
+    assert any(words in s and 'wanders' in s for s in found.signs)
+
+
+def test_a_level_that_swings_is_no_wandering_gain():
+    """What swings on all channels together is left to the effect of that name."""
+    effect = parse_effect('nonstationary_excitation:depth=0.5,period_s=120')
+    samples = simulate_setup(inject(load_spacecraft(), (effect,), 600.0), 6)
+    found = diagnose(load_spacecraft(), samples, DiagnosisSettings(), pairs=False)
+    assert found.outcome == 'EXPLAINED'
+    assert found.verdict['effects'] == ('nonstationary_excitation',)
+    assert not any('wanders' in s for s in found.signs)

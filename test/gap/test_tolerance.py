@@ -13,7 +13,7 @@ from ssi_ros.gap.resimulate import floor_by_simulation
 from ssi_ros.gap.scores import make_templates
 from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.gap.spectra import make_frame, spectra
-from ssi_ros.gap.strangers import make_strangers
+from ssi_ros.gap.strange import make_strange
 from ssi_ros.gap.tolerance import no_tolerance, tolerances
 from ssi_ros.model import load_spacecraft
 
@@ -83,7 +83,7 @@ def test_floor_by_simulation_is_the_floor_where_the_spectrum_is_exact(simulator)
     templates = make_templates(simulator, [parse_effect('sensor_gain:channel=e1_a,scale=1.002'),
                                            parse_effect('damping_scale:scale=1.1')])
     made = Made(best.candidate, best.levels)
-    floor = floor_by_simulation(simulator, best, made, templates, make_strangers(simulator), free,
+    floor = floor_by_simulation(simulator, best, made, templates, make_strange(simulator), free,
                                 DiagnosisSettings())
     # the mean of five standard scores: 5 sd
     assert np.all(np.abs(floor.z) < 5 / np.sqrt(5)) and abs(floor.deviations) < 5 / np.sqrt(5)

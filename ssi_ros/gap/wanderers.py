@@ -1,0 +1,98 @@
+"""
+Numbers that wander over a record, which no effect of the library does, eq. (105c).
+
+Gains that follow the temperature, arrays that turn after the sun: each piece of a record looks
+right by itself or nearly so, and all together too, where the mean is that of the model.
+"""
+from dataclasses import replace
+
+import numpy as np
+
+from ssi_ros.effects import effect_class
+from ssi_ros.effects.edits import mix, scale_stiffness
+from ssi_ros.gap.candidate import Candidate
+from ssi_ros.gap.expected import expected
+from ssi_ros.gap.likelihood import whiten
+from ssi_ros.gap.scores import power_of, Scores, Templates
+from ssi_ros.gap.strangers import Stranger
+
+SHAPES = 4              # half periods of a cosine over the record
+LITTLE = 1.01           # of every number
+
+
+def make_wanderers(simulator):
+    """Compute the templates of numbers that may wander, each as if it were another for good."""
+    nominal = simulator.expected(Candidate())
+    base = nominal.at(np.ones(len(nominal.names)))
+    kept, changes = [], []
+    for text, setup in _setups(simulator):
+        there = expected(setup, simulator.frame)
+        kept.append(Stranger(text))
+        changes.append((there.at(np.ones(len(there.names))) - base).mean(axis=0))
+    return Templates(tuple(kept), np.array(changes, np.complex64), {},
+                     power_of(nominal.shares[:-1]))
+
+
+def _setups(simulator):
+    """Yield what wanders, and the setup that has it changed for good."""
+    setup = simulator.setup(Candidate())
+    system = setup.system
+    for channel in system.channels:
+        for name, text in (('sensor_gain', 'the gain'), ('sensor_noise', 'the noise')):
+            effect = effect_class(name)(channel=channel, scale=LITTLE)
+            yield f'{text} of {channel}', effect.apply(setup)
+    for array in (a.name for a in simulator.spacecraft.arrays):
+        gains = np.diag([LITTLE if s.array == array else 1.0
+                         for s in simulator.spacecraft.sensors])
+        yield f'the gain of all of {array}', mix(setup, gains)
+        stiff = scale_stiffness(system, (array,), LITTLE)
+        yield f'the stiffness of {array}', replace(setup, system=stiff)
+        rows = np.array([d.startswith(f'{array}_eta') for d in system.dofs])
+        between = np.not_equal.outer(rows, rows)
+        yield (f'the coupling of {array} with the hub',
+               replace(setup, system=replace(system, mass=np.where(
+                   between, LITTLE * system.mass, system.mass))))
+    rows = np.array(['_eta' in d for d in system.dofs])
+    damped = np.where(np.outer(rows, rows), LITTLE * system.damping, system.damping)
+    yield 'the damping of all modes', replace(setup, system=replace(system, damping=damped))
+
+
+def wandering(here, fitted, evidence):
+    """
+    Score numbers that wander.
+
+    The levels of all excitation and of all noise may wander: that is another effect, and is left
+    out.
+
+    Parameters
+    ----------
+    here : Directions
+        Of the templates of `make_wanderers`.
+    fitted : Fit
+        A model and its levels.
+    evidence : Evidence
+        What was recorded.
+
+    Returns
+    -------
+    Scores
+        Of every wanderer in SHAPES shapes; as many as the pieces can tell.
+
+    """
+    frame, pieces = evidence.frame, np.array(evidence.pieces)
+    plain = fitted.plain
+    each = whiten(np.repeat(plain[:1], frame.pieces, axis=0) if len(plain) == 1 else plain,
+                  evidence).excess
+    levels = here.basis[:len(fitted.levels)]
+    apart = here.flat - (here.flat @ levels.T) @ np.linalg.pinv(levels @ levels.T) @ levels
+    halves = np.arange(min(SHAPES, len(pieces) - 1) + 1)
+    # orthogonal to what stays the same, although pieces are missing
+    shapes = np.linalg.qr(np.cos(np.pi * np.outer(pieces + 0.5, halves) / frame.pieces))[0][:, 1:]
+    inner = (apart @ apart.T).astype(float)
+    spread = np.sqrt(np.maximum(np.diag(inner), 1e-30) * frame.crowding)
+    z = (apart @ each.T @ shapes) / spread[:, None]
+    cosine = np.kron(np.eye(shapes.shape[1]), inner / np.outer(spread, spread) * frame.crowding)
+    texts = tuple(replace(w, text=f'{w.text} that wanders') for w in here.effects)
+    count = shapes.shape[1]
+    return Scores(texts * count, z.T.ravel().astype(float), np.tile(1.0, z.size),
+                  np.tile(spread, count), cosine)
