@@ -18,7 +18,7 @@ import ssi_ros
 from ssi_ros.effects import effect_class
 from ssi_ros.gap.scores import Templates
 
-KEPT = 4                # files that stay; each has some 60 MB
+KEPT = 4                # files that stay; each has some 120 MB
 LAYERS = ('model', 'effects', 'gap')
 
 
