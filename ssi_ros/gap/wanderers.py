@@ -41,15 +41,18 @@ def _setups(simulator):
         for name, text in (('sensor_gain', 'the gain'), ('sensor_noise', 'the noise')):
             effect = effect_class(name)(channel=channel, scale=LITTLE)
             yield f'{text} of {channel}', effect.apply(setup)
-    for array in (a.name for a in simulator.spacecraft.arrays):
-        gains = np.diag([LITTLE if s.array == array else 1.0
-                         for s in simulator.spacecraft.sensors])
-        yield f'the gain of all of {array}', mix(setup, gains)
-        stiff = scale_stiffness(system, (array,), LITTLE)
-        yield f'the stiffness of {array}', replace(setup, system=stiff)
-        rows = np.array([d.startswith(f'{array}_eta') for d in system.dofs])
+    arrays = tuple(a.name for a in simulator.spacecraft.arrays)
+    for some in dict.fromkeys([*((a,) for a in arrays), arrays]):
+        text = some[0] if len(some) == 1 else 'all arrays'
+        if len(some) == 1:          # of all it is the level
+            gains = np.diag([LITTLE if s.array in some else 1.0
+                             for s in simulator.spacecraft.sensors])
+            yield f'the gain of all of {text}', mix(setup, gains)
+        stiff = scale_stiffness(system, some, LITTLE)
+        yield f'the stiffness of {text}', replace(setup, system=stiff)
+        rows = np.array([d.split('_eta')[0] in some for d in system.dofs])
         between = np.not_equal.outer(rows, rows)
-        yield (f'the coupling of {array} with the hub',
+        yield (f'the coupling of {text} with the hub',
                replace(setup, system=replace(system, mass=np.where(
                    between, LITTLE * system.mass, system.mass))))
     rows = np.array(['_eta' in d for d in system.dofs])
