@@ -229,7 +229,9 @@ def _credited(ranked, left_by, made, nominal, effects):
             others.append(r)
             continue
         rest = left_by(r)
-        found[replace(r, credit=rest.floor.credit if rest.floor else 0.0)] = rest
+        # of an exact spectrum it is noise, which would part what the record cannot part
+        lost = rest.floor.credit if rest.floor and r.fit.candidate.nonlinear else 0.0
+        found[replace(r, credit=lost)] = rest
     order = sorted([*found, *others], key=lambda r: -worth(r, effects))
     return order, found[order[0]]
 

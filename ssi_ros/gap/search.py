@@ -20,6 +20,7 @@ HOPEFUL = 3             # sizes of an effect that are fitted further
 OTHERS = 5              # starts of an effect beside its best
 SIZES = (0.3, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0)    # starting values of a large size
 PAIRS = 4               # pairs that are fitted
+ALIKE = 0.97            # cosine of templates above which one effect is as good as the other
 
 
 class Search:
@@ -104,7 +105,12 @@ class Search:
         # what the best effect explains alone is no merit of a second one; of slow noise `relief`
         # tells it of every pair
         kept = list(more) + [s for s in signs if s.effect.name in (*best.names, 'sensor_drift')]
-        return self._fit_all(list(unique.values()), kept, singles[0].fit)
+        found = self._fit_all(list(unique.values()), kept, singles[0].fit)
+        # a clock is as good as another stiffness beside anything
+        known = {frozenset(r.names) for r in found}
+        twins = [c for r in found[:1] for c in lookalikes(scores, r.fit.candidate)
+                 if frozenset(c.names) not in known]
+        return self._sorted(found + self._fit_all(twins, kept, singles[0].fit)) if twins else found
 
     def at_random(self, templates, known):
         """Fit one effect that nothing speaks for, drawn at random but the same for a record."""
@@ -229,6 +235,22 @@ def relatives(effect, names):
         if {f.name for f in quantities(cls)} - {cls.size} == set(common) and len(common) > 1:
             found.append(cls(**common, **{cls.size: min(cls.starts[cls.size])}))
     return found
+
+
+def lookalikes(scores, candidate):
+    """Return candidates in which one effect is replaced by what can hardly be told from it."""
+    found = {}
+    for effect in candidate.effects:
+        others = tuple(e for e in candidate.effects if e is not effect)
+        own = [i for i, e in enumerate(scores.effects) if e.name == effect.name
+               and _same(e, effect, [f.name for f in effect.words()])]
+        alike = np.abs(scores.cosine[own]).max(axis=0, initial=0.0)
+        for j in np.flatnonzero(alike > ALIKE):
+            e = scores.effects[j]
+            if e.name not in candidate.names and not e.nonlinear:
+                found.setdefault((e.name, others), Candidate(
+                    (*others, at_size(e, scores.size[j]))))
+    return list(found.values())
 
 
 def promising_pairs(scores, count):
