@@ -149,3 +149,15 @@ def test_a_long_gap_in_the_record_is_no_effect(spacecraft):
     with pytest.raises(ValueError, match='that is no acceleration'):
         values[10, 1] = 1e300
         diagnose(spacecraft, Samples(values, 100.0, good.channels), SETTINGS)
+
+
+def test_a_clock_beside_another_effect_is_tied_with_a_stiffness():
+    """What an exact spectrum lost by chance on its own records parts them no more than alone."""
+    effects = [parse_effect('clock_rate:ppm=827'),
+               parse_effect('sensor_crosstalk:source=e1_a,channel=e2_b,gain=0.007')]
+    samples = simulate_setup(inject(load_spacecraft(), effects, 600.0), 50805)
+    found = diagnose(load_spacecraft(), samples)
+    assert found.outcome == 'TIED'
+    assert {'clock_rate', 'stiffness_scale', 'sensor_crosstalk'} <= set(found.verdict['class'])
+    odds = [c.probability for c in found.candidates[:2]]
+    assert odds[0] < 1.2 * odds[1]
