@@ -160,6 +160,11 @@ def _diagnose(spacecraft, samples, settings, names, pairs, present, tell):
             left = _left(rest, more, odd, of_meter, left.far, floor)
         return left
 
+    @cache
+    def by_chance():
+        return floor_by_simulation(simulator, nominal, made(nominal), templates, strangers,
+                                   tolerance, settings).lost
+
     left, shown = 0.0, signs + odd
     if ranked:
         rest = left_by(ranked[0])
@@ -167,7 +172,7 @@ def _diagnose(spacecraft, samples, settings, names, pairs, present, tell):
             ranked = search.wider(ranked, signs)
             rest = left_by(ranked[0])
         if rest.spectral < LEFT_OVER:
-            ranked, rest = _credited(ranked, left_by, made, nominal, len(names))
+            ranked, rest = _credited(ranked, left_by, made, nominal, len(names), by_chance)
         if pairs and rest.p_value < DOUBT:
             single = ranked[0]
             search.tell = lambda share: tell(0.7 + 0.2 * share)
@@ -211,7 +216,7 @@ def _left(scores, signs, odd, of_meter, far, floor=None):
                  far, floor)
 
 
-def _credited(ranked, left_by, made, nominal, effects):
+def _credited(ranked, left_by, made, nominal, effects, by_chance):
     """
     Credit candidates with what their expected spectra, not exact, lose on their own records.
 
@@ -229,9 +234,13 @@ def _credited(ranked, left_by, made, nominal, effects):
             others.append(r)
             continue
         rest = left_by(r)
-        # of an exact spectrum it is noise, which would part what the record cannot part
-        lost = rest.floor.credit if rest.floor and r.fit.candidate.nonlinear else 0.0
-        found[replace(r, credit=lost)] = rest
+        credit = 0.0
+        if rest.floor and r.fit.candidate.nonlinear:
+            # the same random numbers cost an exact spectrum, of a kin at best, as much by chance
+            exact = [k.floor.lost for f, k in found.items()
+                     if k.floor and not f.fit.candidate.nonlinear]
+            credit = max(rest.floor.lost - (exact[0] if exact else by_chance()), 0.0)
+        found[replace(r, credit=credit)] = rest
     order = sorted([*found, *others], key=lambda r: -worth(r, effects))
     return order, found[order[0]]
 

@@ -56,8 +56,8 @@ class Floor:
     wander : ndarray
         How much the level of a nonlinear candidate wanders about the period of the swing that
         the record shows, 1 in the mean where it does not; empty for others.
-    credit : float
-        Log likelihood that the candidate loses by its expected spectrum.
+    lost : float
+        Log likelihood that the candidate loses on them: by its expected spectrum, and by chance.
     wider : ndarray, shape (p,)
         How much more fits of a nonlinear candidate scatter than their covariance says, at
         least 1: what its motion does by chance is no noise of an equivalent linear hinge.
@@ -74,7 +74,7 @@ class Floor:
     scatter: np.ndarray
     strange: tuple
     signs: dict
-    credit: float
+    lost: float
     wander: np.ndarray
     wider: np.ndarray
 
@@ -164,7 +164,7 @@ def floor_by_simulation(simulator, best, made, templates, strangers, tolerance, 
     return Floor(mean, float(np.mean(deviations)),
                  max(1.0, float(np.std(deviations, ddof=1))), float(np.mean(halves)),
                  max(1.0, float(np.std(halves, ddof=1))), whitened, max(1.0, float(crowding)),
-                 scatter, _drawn(strange), seen, max(lost, 0.0), np.ravel(wanders),
+                 scatter, _drawn(strange), seen, lost, np.ravel(wanders),
                  _drawn(points / stds)[1] if nonlinear and len(stds) else np.ones(len(stds)))
 
 
