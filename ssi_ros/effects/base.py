@@ -114,7 +114,7 @@ class Effect:
     def is_null(self):
         """Whether the effect is at the value that changes nothing."""
         return all(getattr(self, f.name) == f.default for f in fields(self)
-                   if f.name == self.size or f.name in self.together)
+                   if f.name in (self.size, *self.together))
 
     def spacecraft(self, spacecraft):
         """Return the spacecraft with the effect in its numbers."""

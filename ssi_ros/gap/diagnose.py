@@ -145,6 +145,11 @@ def _diagnose(spacecraft, samples, settings, names, pairs, present, tell):
         return made_by(simulator, fitted, tolerance, settings.band_bins)
 
     @cache
+    def floor_of(fitted, more=(), odd=False):
+        return floor_by_simulation(simulator, fitted, made(fitted), templates, strangers,
+                                   tolerance, settings, more, odd)
+
+    @cache
     def left_by(best):
         rest = score(templates, best.fit, evidence, tolerance)
         more, odd, meter = look(best.fit, tuple(n for n in sought if n not in best.names))
@@ -153,17 +158,10 @@ def _diagnose(spacecraft, samples, settings, names, pairs, present, tell):
         left = _left(rest, more, seen, _whole_and_local(meter), meter.deviations > FAR)
         if left.p_value < DOUBT:
             # perhaps only the expected spectrum of the candidate is not exact
-            floor = floor_by_simulation(
-                simulator, best.fit, made(best.fit), templates, strangers, tolerance, settings,
-                more, bool(odd))
+            floor = floor_of(best.fit, more, bool(odd))
             rest, of_meter, more, odd = floor.against(rest, strange, meter, more, odd)
             left = _left(rest, more, odd, of_meter, left.far, floor)
         return left
-
-    @cache
-    def by_chance():
-        return floor_by_simulation(simulator, nominal, made(nominal), templates, strangers,
-                                   tolerance, settings).lost
 
     left, shown = 0.0, signs + odd
     if ranked:
@@ -172,7 +170,7 @@ def _diagnose(spacecraft, samples, settings, names, pairs, present, tell):
             ranked = search.wider(ranked, signs)
             rest = left_by(ranked[0])
         if rest.spectral < LEFT_OVER:
-            ranked, rest = _credited(ranked, left_by, made, nominal, len(names), by_chance)
+            ranked, rest = _credited(ranked, left_by, made, nominal, len(names), floor_of)
         if pairs and rest.p_value < DOUBT:
             single = ranked[0]
             search.tell = lambda share: tell(0.7 + 0.2 * share)
@@ -216,7 +214,7 @@ def _left(scores, signs, odd, of_meter, far, floor=None):
                  far, floor)
 
 
-def _credited(ranked, left_by, made, nominal, effects, by_chance):
+def _credited(ranked, left_by, made, nominal, effects, floor_of):
     """
     Credit candidates with what their expected spectra, not exact, lose on their own records.
 
@@ -239,7 +237,7 @@ def _credited(ranked, left_by, made, nominal, effects, by_chance):
             # the same random numbers cost an exact spectrum, of a kin at best, as much by chance
             exact = [k.floor.lost for f, k in found.items()
                      if k.floor and not f.fit.candidate.nonlinear]
-            credit = max(rest.floor.lost - (exact[0] if exact else by_chance()), 0.0)
+            credit = max(rest.floor.lost - (exact[0] if exact else floor_of(nominal).lost), 0.0)
         found[replace(r, credit=credit)] = rest
     order = sorted([*found, *others], key=lambda r: -worth(r, effects))
     return order, found[order[0]]

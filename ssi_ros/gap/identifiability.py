@@ -125,7 +125,7 @@ def _by_signs(cls, simulator, rows, settings):
     if cls.name in ('harmonic_disturbance', 'wheel_speed_sweep', 'impulsive_events'):
         frame = whole_frame(rows, spacecraft.rate_hz, settings, EDGE_S, np.ones(rows, bool))
         levels = np.ones(len(simulator.expected(Candidate()).names))
-        gain = torque_filter(simulator, Candidate(), levels, frame)[1]
+        gain = torque_filter(simulator, simulator.setup(Candidate()), levels, frame)[1]
         if cls.name == 'impulsive_events':
             # of one pulse; the number of pulses adds to it
             detection = effect.impulse_n_m_s * spacecraft.rate_hz * np.sqrt(

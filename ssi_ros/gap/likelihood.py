@@ -125,6 +125,13 @@ def whiten(model, evidence):
                     weight, evidence.pieces)
 
 
+def whiten_each(model, evidence):
+    """Whiten each piece, also by a model that is the same for all; arguments as of `whiten`."""
+    if len(model) == 1:
+        model = np.repeat(model, evidence.frame.pieces, axis=0)
+    return whiten(model, evidence)
+
+
 def log_likelihood(model, evidence):
     """
     Return the log likelihood of expected periodograms, over the crowding of bins, eq. (97).

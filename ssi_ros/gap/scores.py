@@ -12,7 +12,7 @@ from scipy.stats import norm
 
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.fit import level_prior
-from ssi_ros.gap.likelihood import real_vectors, white, whiten
+from ssi_ros.gap.likelihood import real_vectors, white, whiten, whiten_each
 
 DRAWS = 4000
 
@@ -149,8 +149,7 @@ def score(templates, fitted, evidence, tolerance, here=None):
     raw -= here.mixed @ here.inner @ beside
     if here.swings:
         # a model that is the same for all pieces was compared with their mean only
-        each = seen.excess if len(seen.excess) > 1 else whiten(
-            np.repeat(fitted.plain[:1], evidence.frame.pieces, axis=0), evidence).excess
+        each = (seen if len(seen.excess) > 1 else whiten_each(fitted.plain, evidence)).excess
         for i, swing in here.swings.items():
             raw[i] += np.sum(swing * each) / evidence.frame.crowding
     return Scores(templates.effects, raw / here.spread, raw / here.spread ** 2, here.spread,

@@ -110,7 +110,7 @@ class Search:
         known = {frozenset(r.names) for r in found}
         twins = [c for r in found[:1] for c in lookalikes(scores, r.fit.candidate)
                  if frozenset(c.names) not in known]
-        return self._sorted(found + self._fit_all(twins, kept, singles[0].fit)) if twins else found
+        return self._sorted(found + self._fit_all(twins, kept, singles[0].fit))
 
     def at_random(self, templates, known):
         """Fit one effect that nothing speaks for, drawn at random but the same for a record."""
@@ -280,7 +280,7 @@ def at_size(effect, size):
     values = {}
     for f in effect.numbers():
         null, value = f.default, getattr(effect, f.name)
-        if f.name != effect.size and f.name not in effect.together:
+        if f.name not in (effect.size, *effect.together):
             continue
         if np.isfinite(null):
             value = null + np.copysign(share, size or 1.0) * (value - null)

@@ -24,6 +24,14 @@ SLOW = 8.0              # decay in a piece above which its bins and pieces are i
 
 
 @dataclass(frozen=True)
+class Damped:
+    """Where the damping of a mode is: its frequency [Hz], and its decay rate [1/s]."""
+
+    at_hz: float
+    rate: float
+
+
+@dataclass(frozen=True)
 class Stranger:
     """
     What a gap may look like.
@@ -40,6 +48,8 @@ class Stranger:
         By how much its score scatters more than if bins and pieces were independent.
     count : float
         How many independent energies of the mode its score is a mean of.
+    damped : Damped, optional
+        The mode whose damping it is.
 
     """
 
@@ -48,14 +58,7 @@ class Stranger:
     modal: bool = False
     scatter: float = 1.0
     count: float = np.inf
-
-
-@dataclass(frozen=True)
-class _Damped:
-    """Where the damping of a mode is: its frequency [Hz], and its decay rate [1/s]."""
-
-    at_hz: float
-    rate: float
+    damped: Damped = None
 
 
 def make_strangers(simulator):
@@ -73,29 +76,34 @@ def make_strangers(simulator):
         With a Stranger for every effect.
 
     """
+    return _scattered(templates_of(simulator, _strangers(simulator)), simulator)
+
+
+def templates_of(simulator, strangers):
+    """Return the templates of strangers, pairs of a Stranger and the setup that has it."""
     nominal = simulator.expected(Candidate())
     base = nominal.at(np.ones(len(nominal.names)))
-    kept, changes, damped = [], [], {}
-    for stranger, setup, of in _strangers(simulator):
+    kept, changes = [], []
+    for stranger, setup in strangers:
         there = expected(setup, simulator.frame)
         change = (there.at(np.ones(len(there.names))) - base).mean(axis=0)
         if np.any(np.abs(change) > 1e-12 * np.abs(base).max()):
-            if of is not None:
-                damped[len(kept)] = of
             kept.append(stranger)
             changes.append(change.astype(np.complex64))
-    found = Templates(tuple(kept), np.array(changes), {}, power_of(nominal.shares[:-1]))
-    return _scattered(found, damped, simulator, nominal)
+    return Templates(tuple(kept), np.array(changes), {}, power_of(nominal.shares[:-1]))
 
 
-def _scattered(strangers, damped, simulator, nominal):
+def _scattered(strangers, simulator):
     """Return the templates with the scatter that dampings of slow modes have, eq. (105b)."""
     frame, kept = simulator.frame, list(strangers.effects)
+    nominal = simulator.expected(Candidate())
     model = nominal.at(np.ones(len(nominal.names))).mean(axis=0)
     here = Directions(strangers, model[None], nominal.shares,
                       no_tolerance(frame, model.shape[-1]), frame, tuple(range(frame.pieces)))
     lower = np.linalg.inv(np.linalg.cholesky(model))
-    for i, mode in damped.items():
+    for i, mode in enumerate(s.damped for s in strangers.effects):
+        if mode is None:
+            continue
         count, share = energies(mode.rate * simulator.duration_s)
         decay = mode.rate * frame.rows / frame.rate_hz
         scatter = 1.0
@@ -108,7 +116,7 @@ def _scattered(strangers, damped, simulator, nominal):
 
 
 def _strangers(simulator):
-    """Yield every stranger, the setup that has it, and of a damping where it is."""
+    """Yield every stranger, and the setup that has it."""
     setup = simulator.setup(Candidate())
     system = setup.system
     torque = TORQUE * max(simulator.spacecraft.excitation.torque_rms_n_m)
@@ -116,24 +124,24 @@ def _strangers(simulator):
         axis = name.split('_')[1]
         white = White(f'strange {name}', (name,), (torque,))
         if name != 'torque_x':
-            yield Stranger(f'random torque about {axis}', True), add_part(setup, white), None
+            yield Stranger(f'random torque about {axis}', True), add_part(setup, white)
             continue
         for corner_hz in CORNERS_HZ:
             yield (Stranger(f'a torque about {axis} slower than {corner_hz:g} Hz', True),
-                   add_part(setup, Coloured(white, corner_hz)), None)
+                   add_part(setup, Coloured(white, corner_hz)))
     freedoms = [(i, *d.split('_eta')) for i, d in enumerate(system.dofs) if '_eta' in d]
     for array in dict.fromkeys(a for _, a, _ in freedoms):
         rows = [i for i, a, _ in freedoms if a == array]
         yield (Stranger(f'other damping of {array} than of the rest'),
-               _scaled(setup, 'damping', rows, DAMPING), None)
+               _scaled(setup, 'damping', rows, DAMPING))
     for i, array, mode in freedoms:
         # a frequency shows in the phase, which each piece tells anew: only a damping is an energy
-        at = _Damped(np.sqrt(system.stiffness[i, i] / system.mass[i, i]) / (2 * np.pi),
-                     system.damping[i, i] / system.mass[i, i] / 2)
+        at = Damped(np.sqrt(system.stiffness[i, i] / system.mass[i, i]) / (2 * np.pi),
+                    system.damping[i, i] / system.mass[i, i] / 2)
         for name, factor, text, of in (('stiffness', STIFFNESS, 'frequency', None),
                                        ('damping', DAMPING, 'damping', at)):
-            yield (Stranger(f'another {text} of mode {mode} of {array} alone', modal=True),
-                   _scaled(setup, name, [i], factor), of)
+            yield (Stranger(f'another {text} of mode {mode} of {array} alone', modal=True,
+                            damped=of), _scaled(setup, name, [i], factor))
 
 
 def _scaled(setup, name, rows, factor):

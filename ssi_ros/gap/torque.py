@@ -113,10 +113,11 @@ def reconstruct(simulator, fitted, samples, settings):
     """
     missing = np.isnan(samples.values).any(axis=1)
     # a clock that is wrong in the model as well: frequencies are those of the true time
-    rate_hz = simulator.setup(fitted.candidate, fitted.levels).system.rate_hz
+    setup = simulator.setup(fitted.candidate, fitted.levels)
+    rate_hz = setup.system.rate_hz
     frame = whole_frame(len(samples.values), rate_hz, settings, EDGE_S, ~missing)
     row, gain, inverse, excited = torque_filter(
-        simulator, fitted.candidate, fitted.levels, frame)
+        simulator, setup, fitted.levels, frame)
     spectrum = spectra(samples, frame)[0]
     values = np.einsum('kj,kj->k', row, spectrum) / gain
     rest = np.einsum('kij,kj->ki', inverse, spectrum) - (
@@ -130,7 +131,7 @@ def reconstruct(simulator, fitted, samples, settings):
                   np.convolve(missing, np.ones(3), mode='same') > 0)
 
 
-def torque_filter(simulator, candidate, levels, frame):
+def torque_filter(simulator, setup, levels, frame):
     """
     Return h^H S^-1, sqrt(h^H S^-1 h) and S^-1 for every bin of a frame of one piece.
 
@@ -144,9 +145,7 @@ def torque_filter(simulator, candidate, levels, frame):
     excited : float
 
     """
-    whole = simulator.on(frame)
-    setup = whole.setup(candidate, levels)
-    spectrum = whole.spectrum(setup)
+    spectrum = simulator.on(frame).spectrum(setup)
     inverse = np.linalg.inv(spectrum.at(levels)[0])
     driven = sum(level * share[0] for level, share in zip(levels, spectrum.shares[:-1]))
     excited = np.einsum('kij,kji->', inverse, driven).real / inverse[..., 0].size

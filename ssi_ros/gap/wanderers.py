@@ -11,10 +11,9 @@ import numpy as np
 from ssi_ros.effects import effect_class
 from ssi_ros.effects.edits import mix, scale_stiffness
 from ssi_ros.gap.candidate import Candidate
-from ssi_ros.gap.expected import expected
-from ssi_ros.gap.likelihood import whiten
-from ssi_ros.gap.scores import power_of, Scores, Templates
-from ssi_ros.gap.strangers import Stranger
+from ssi_ros.gap.likelihood import whiten_each
+from ssi_ros.gap.scores import Scores
+from ssi_ros.gap.strangers import Stranger, templates_of
 
 SHAPES = 4              # half periods of a cosine over the record
 LITTLE = 1.01           # of every number
@@ -22,15 +21,7 @@ LITTLE = 1.01           # of every number
 
 def make_wanderers(simulator):
     """Compute the templates of numbers that may wander, each as if it were another for good."""
-    nominal = simulator.expected(Candidate())
-    base = nominal.at(np.ones(len(nominal.names)))
-    kept, changes = [], []
-    for text, setup in _setups(simulator):
-        there = expected(setup, simulator.frame)
-        kept.append(Stranger(text))
-        changes.append((there.at(np.ones(len(there.names))) - base).mean(axis=0))
-    return Templates(tuple(kept), np.array(changes, np.complex64), {},
-                     power_of(nominal.shares[:-1]))
+    return templates_of(simulator, ((Stranger(t), setup) for t, setup in _setups(simulator)))
 
 
 def _setups(simulator):
@@ -83,9 +74,7 @@ def wandering(here, fitted, evidence):
 
     """
     frame, pieces = evidence.frame, np.array(evidence.pieces)
-    plain = fitted.plain
-    each = whiten(np.repeat(plain[:1], frame.pieces, axis=0) if len(plain) == 1 else plain,
-                  evidence).excess
+    each = whiten_each(fitted.plain, evidence).excess
     levels = here.basis[:len(fitted.levels)]
     apart = here.flat - (here.flat @ levels.T) @ np.linalg.pinv(levels @ levels.T) @ levels
     halves = np.arange(min(SHAPES, len(pieces) - 1) + 1)
