@@ -161,3 +161,13 @@ def test_a_clock_beside_another_effect_is_tied_with_a_stiffness():
     assert {'clock_rate', 'stiffness_scale', 'sensor_crosstalk'} <= set(found.verdict['class'])
     odds = [c.probability for c in found.candidates[:2]]
     assert odds[0] < 1.2 * odds[1]
+
+
+def test_a_slow_swing_is_held_against_its_own_halves():
+    """A period and a half: the depth about its middle, and halves of other levels are no gap."""
+    effect = parse_effect('nonstationary_excitation:depth=0.5,period_s=400')
+    samples = simulate_setup(inject(load_spacecraft(), [effect], 600.0), 6)
+    found = diagnose(load_spacecraft(), samples, pairs=False)
+    assert found.outcome == 'EXPLAINED'
+    depth = found.candidates[0].parameters['nonstationary_excitation.depth']
+    assert depth.value == pytest.approx(0.5, abs=0.02)
