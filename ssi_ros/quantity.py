@@ -4,9 +4,18 @@ A number declared once: default, unit, range and meaning.
 The one declaration serves the range check, the YAML loader, the ROS parameter descriptor, the
 fit bounds and the tables of the documentation.
 """
-from dataclasses import field, fields, is_dataclass, MISSING
+from dataclasses import dataclass, field, fields, is_dataclass, MISSING
 import difflib
 import math
+
+
+@dataclass(frozen=True)
+class Threshold:
+    """A limit of a decision, with its origin."""
+
+    value: float
+    unit: str       # '1' for a pure number
+    source: str     # equation, paper, command that calibrated it, or why an engineer chooses it
 
 
 def quantity(default, *, unit='1', low=-math.inf, high=math.inf, doc='', live=True):
@@ -53,6 +62,9 @@ def check(record):
     for f in quantities(record):
         value = getattr(record, f.name)
         values = value if isinstance(value, (tuple, list)) else (value,)
+        if values is value and isinstance(f.default, (bool, int, float, str)):
+            raise ValueError(f'{f.name}={value!r:.60} must be one value, not several: '
+                             f'{f.metadata["doc"]}')
         for v in values:
             check_value(f, v)
 
@@ -105,11 +117,25 @@ def from_mapping(cls, mapping, where=''):
     return cls(**values)
 
 
+def defaulted(cls, mapping, where=''):
+    """Return the dotted names of the numbers of a record that plain data leaves to defaults."""
+    names = []
+    for f in fields(cls):
+        record, value = f.metadata.get('record'), mapping.get(f.name)
+        if f.name not in mapping:
+            names += [where + f.name] if record is None else []
+        elif record is not None:
+            for i, part in enumerate(value if isinstance(value, list) else [value]):
+                place = f'{where}{f.name}.{i}.' if isinstance(value, list) else f'{where}{f.name}.'
+                names += defaulted(record, part, place) if isinstance(part, dict) else []
+    return names
+
+
 def unknown(given, key, known):
     """Say that a name is not known, and which ones are near or allowed."""
     near = difflib.get_close_matches(str(key), list(known), n=3)
     hint = f'did you mean {" or ".join(near)}?' if near else 'known: ' + ', '.join(known)
-    return f'{given} is not known; {hint}'
+    return shown(f'{given} is not known; {hint}')
 
 
 def _plain_to(f, value, where):
@@ -127,8 +153,51 @@ def _plain_to(f, value, where):
 
 def to_mapping(record):
     """Turn a record into plain data that `from_mapping` takes back."""
+    if hasattr(record, 'to_plain'):
+        return record.to_plain()
     if is_dataclass(record):
         return {f.name: to_mapping(getattr(record, f.name)) for f in fields(record)}
     if isinstance(record, (tuple, list)):
         return [to_mapping(v) for v in record]
     return record
+
+
+def with_spread(value, std, digits, mark='+-'):
+    """
+    Return a number and its standard deviation as text, the latter with two significant digits.
+
+    Parameters
+    ----------
+    value, std : float
+        Of the same unit; where `std` is not finite or not positive the number stands alone.
+    digits : int
+        Decimals of a number that stands alone.
+    mark : str
+        What stands between the two.
+
+    Returns
+    -------
+    str
+        '15.8271 +- 0.0064'; never '-0.00'.
+
+    """
+    known = math.isfinite(std) and std > 0.0
+    if known:
+        # of the rounded spread: 0.0996 is printed 0.10
+        digits = min(9, max(0, 1 - math.floor(math.log10(float(f'{std:.1e}')))))
+    text = fixed(value, digits)
+    return f'{text} {mark} {std:.{digits}f}' if known else text
+
+
+def fixed(value, digits, sign=''):
+    """Return a number with so many decimals; '-' where there is none, and never '-0.00'."""
+    if not math.isfinite(value):
+        return '-'
+    text = f'{value:{sign}.{digits}f}'
+    return text.replace('-', sign) if float(text) == 0.0 else text
+
+
+def shown(text):
+    """Return words of a file for one line of a terminal: what does not print is escaped."""
+    return ''.join(c if c.isprintable() else c.encode('unicode_escape').decode()
+                   for c in str(text))

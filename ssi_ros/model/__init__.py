@@ -10,7 +10,9 @@ _HOME = {
     'assemble': 'structure', 'displacement_row': 'structure', 'add_point_mass': 'structure',
     'System': 'system', 'NaturalModes': 'system', 'natural_modes': 'system',
     'StateSpace': 'statespace', 'simulate': 'simulator', 'stream': 'simulator',
-    'ensemble': 'simulator',
+    'ensemble': 'simulator', 'LinearModel': 'linear_model', 'modal_model': 'linear_model',
+    'state_space_model': 'linear_model', 'Channel': 'linear_model', 'Input': 'linear_model',
+    'load_model': 'model_file', 'save_model': 'model_file',
 }
 __all__ = sorted(_HOME)
 

@@ -56,12 +56,18 @@ class ModalView:
         return np.abs(rows @ self.motion) * np.sqrt(2 * power)
 
 
-def modal_view(system, excitation=None, rate_hz=None):
-    """Return the modes of a system as its excitation drives them (its filters left out)."""
+def modal_view(system, excitation=None, rate_hz=None, at_channels=False):
+    """
+    Return the modes of a system as its excitation drives them (its filters left out).
+
+    With `at_channels` their motion is what the channels measure, whatever that is, in place of the
+    accelerations of the freedoms.
+    """
     rate_hz = system.rate_hz if rate_hz is None else rate_hz
     parts = system.excitation if excitation is None else excitation
     level = np.sqrt(np.diag(total_covariance(parts, rate_hz, system.inputs)))
-    whole = replace(system, sensor=np.eye(len(system.dofs)), channels=system.dofs)
+    whole = system if at_channels else replace(
+        system, sensor=np.eye(len(system.dofs)), channels=system.dofs)
     values, _, _ = whole.plant.diagonal
     sampled = whole.plant.discrete(rate_hz)
     values = values[values.imag >= 0]

@@ -52,6 +52,25 @@ class HingeLaw:
         if not (np.isfinite(self.size) and self.size >= 0.0):
             raise ValueError(f'size={self.size:g} of the {self.kind} must be zero or more')
 
+    def torques(self, angle, give):
+        """
+        Compute the torque along a motion, without what it does to that motion.
+
+        Parameters
+        ----------
+        angle : ndarray, shape (n,), [rad]
+            What the modes and the loads turn the hinge by.
+        give : float
+            What a torque of 1 N m turns it by at once [rad/(N m)].
+
+        Returns
+        -------
+        ndarray, shape (n,), [N m]
+
+        """
+        return _follow(KINDS.index(self.kind), self.size, self.stiffness_n_m_rad,
+                       np.ascontiguousarray(angle, dtype=float), give)
+
 
 def simulate_nonlinear(system, duration_s, seed, *, laws=(), gyroscopic=False, excitation=None,
                        at_rest=False, substeps=10, rate0_rad_s=(0.0, 0.0, 0.0), state0=None,
@@ -145,28 +164,6 @@ def simulate_nonlinear(system, duration_s, seed, *, laws=(), gyroscopic=False, e
     return Samples(values, rate_hz, system.channels, start_ns), rates
 
 
-def torques(law, angle, give):
-    """
-    Compute the torque of a hinge along a motion, without what it does to that motion.
-
-    Parameters
-    ----------
-    law : HingeLaw
-        With its stiffness.
-    angle : ndarray, shape (n,), [rad]
-        What the modes and the loads turn the hinge by.
-    give : float
-        What a torque of 1 N m turns it by at once [rad/(N m)].
-
-    Returns
-    -------
-    ndarray, shape (n,), [N m]
-
-    """
-    return _follow(KINDS.index(law.kind), law.size, law.stiffness_n_m_rad,
-                   np.ascontiguousarray(angle, dtype=float), give)
-
-
 @njit(cache=True)
 def _follow(kind, size, stiffness, angle, give):
     torque = np.empty(len(angle))
@@ -219,17 +216,17 @@ def _march(z, poles, drive, kick, angle, speed, give, kinds, sizes, stiffness, s
     reach_give = np.zeros(hinges)
     for i in range(hinges):
         for j in range(hinges):
-            reach[i, j] = _real_dot(angle[i], kick[j])
-            reach_speed[i, j] = _real_dot(speed[i], kick[j])
-        reach_give[i] = _real_dot(give[i], kick[i])
+            reach[i, j] = real_dot(angle[i], kick[j])
+            reach_speed[i, j] = real_dot(speed[i], kick[j])
+        reach_give[i] = real_dot(give[i], kick[i])
     tau = np.zeros(hinges)
     old, free, quick = np.zeros(hinges), np.zeros(hinges), np.zeros(hinges)
     given, gives = np.zeros(hinges), np.zeros(hinges)
     moment, ahead = np.zeros(3), z.copy()
     z = z.copy()
     for i in range(hinges):
-        old[i] = _real_dot(angle[i], z)
-        given[i] = _real_dot(give[i], z)
+        old[i] = real_dot(angle[i], z)
+        given[i] = real_dot(give[i], z)
     for k in range(count):
         states[k] = z
         # The hinge has not moved yet when a load jumps at a sample: its torque is still the old.
@@ -257,9 +254,9 @@ def _march(z, poles, drive, kick, angle, speed, give, kinds, sizes, stiffness, s
             for i in range(3):
                 turning[i] += step_s * torques[k, i]
             for i in range(hinges):
-                free[i] = _real_dot(angle[i], ahead)
-                gives[i] = _real_dot(give[i], ahead)
-                quick[i] = _real_dot(speed[i], ahead) + (gives[i] - given[i]) / step_s
+                free[i] = real_dot(angle[i], ahead)
+                gives[i] = real_dot(give[i], ahead)
+                quick[i] = real_dot(speed[i], ahead) + (gives[i] - given[i]) / step_s
             for _ in range(4 if hinges > 1 else 1):      # hinges feel each other through the hub
                 for i in range(hinges):
                     a, v = free[i], quick[i]
@@ -276,8 +273,8 @@ def _march(z, poles, drive, kick, angle, speed, give, kinds, sizes, stiffness, s
                     ahead[s] += kick[i, s] * tau[i]
             z, ahead = ahead, z
             for i in range(hinges):
-                old[i] = _real_dot(angle[i], z)
-                given[i] = _real_dot(give[i], z)
+                old[i] = real_dot(angle[i], z)
+                given[i] = real_dot(give[i], z)
     return states, extra, gyro, rates
 
 
@@ -301,7 +298,7 @@ def _torque(kind, size, stiffness, middle, give, speed, give_speed):
 
 
 @njit(cache=True, fastmath=True)
-def _real_dot(row, z):
+def real_dot(row, z):
     total = 0.0
     for s in range(len(z)):
         total += row[s].real * z[s].real - row[s].imag * z[s].imag
@@ -312,5 +309,5 @@ def _real_dot(row, z):
 def _real_product(rows, z):
     out = np.empty(len(rows))
     for i in range(len(rows)):
-        out[i] = _real_dot(rows[i], z)
+        out[i] = real_dot(rows[i], z)
     return out

@@ -72,11 +72,12 @@ def reach(system, excitation=None):
         By rising frequency. The lengths are Cramer-Rao bounds: no unbiased method needs less.
 
     """
-    view = modal_view(system, excitation)
+    view = modal_view(system, excitation, at_channels=True)
     channels = len(system.channels)
+    rows = np.eye(channels)
     noise = np.sqrt(np.diag(sum((s.noise_covariance(channels) for s in system.chain),
                                 np.zeros((channels, channels)))))
-    rms = view.amplitudes(system.sensor)
+    rms = view.amplitudes(rows)
     best = np.argmax(rms, axis=0)
     strongest = rms[best, np.arange(len(best))]
     # A resonance of variance s^2 peaks at the two-sided density s^2 / (2 pi xi f).
@@ -87,7 +88,7 @@ def reach(system, excitation=None):
     spread_f = np.full(len(best), math.inf)
     spread_xi, apart = spread_f.copy(), spread_f.copy()
     if len(kept):
-        info = information(view, system.sensor, noise, kept)
+        info = information(view, rows, noise, kept)
         spread_f[kept], spread_xi[kept] = spreads(info, len(kept))
         f = view.frequencies_hz[kept]
         for k, mode in enumerate(kept):

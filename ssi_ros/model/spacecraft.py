@@ -1,11 +1,13 @@
 """The numbers of a spacecraft: what stands in `config/spacecraft.yaml`, as frozen records."""
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 import os
 from pathlib import Path
 import sys
 
 import numpy as np
 
+from ssi_ros.model.errors import Calibration
+from ssi_ros.model.uncertainty import Uncertainty
 from ssi_ros.quantity import check, from_mapping, quantity, to_mapping
 
 INFINITE = float('inf')
@@ -124,6 +126,10 @@ class Spacecraft:
     rate_hz: float = quantity(100.0, unit='Hz', low=1e-3, high=1e5, doc='sampling rate')
     momentum_n_m_s: tuple = quantity((0.0, 0.0, 0.0), unit='N m s', low=-1e6, high=1e6,
                                      doc='momentum stored in wheels along x_b, y_b, z_b')
+    uncertainty: Uncertainty = field(default_factory=Uncertainty,
+                                     metadata={'record': Uncertainty})
+    calibration: Calibration = field(default_factory=Calibration,
+                                     metadata={'record': Calibration})
 
     def __post_init__(self):
         check(self)
@@ -136,6 +142,10 @@ class Spacecraft:
                                  'least one, each with its own name')
         for sensor in self.sensors:
             on_array(self.array(sensor.array), sensor.along_m, sensor.lateral_m, sensor.name)
+
+    def at_errors(self, values):
+        """Return the spacecraft with the errors of its numbers at values, (m,)."""
+        return replace(self, calibration=replace(self.calibration, values=values))
 
     def array(self, name):
         """Return the array of that name, ValueError if there is none."""
@@ -183,12 +193,9 @@ def load_spacecraft(path=None):
         If the file cannot be read.
 
     """
-    import yaml
+    from ssi_ros.plain_yaml import read_plain
     path = packaged('spacecraft.yaml') if path is None else Path(path)
-    try:
-        plain = yaml.safe_load(path.read_text())
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise ValueError(f'{path} is not YAML: {error}') from None
+    plain = read_plain(path)
     try:
         return from_mapping(Spacecraft, plain)
     except ValueError as error:

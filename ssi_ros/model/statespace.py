@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+SETTLES_S = 3600.0
 WORST_CONDITION = 1e8       # of the eigenvectors; half of the digits of a double are left
 
 
@@ -140,14 +141,10 @@ class Sampled:
         """
         Return the stationary covariance of the physical state, (n, n), eq. (23).
 
-        A mode that takes longer than an hour to settle has no stationary state on the time
-        scale of a record; it counts as zero.
+        A mode that takes longer than an hour to settle counts as zero, see `stationary_divisor`.
         """
         poles, _, b, vectors = self._both()
-        slow = 1 - np.abs(poles) < 1 / (3600 * self.rate_hz)
-        b = np.where(slow[:, None], 0, b)
-        away = np.where(slow[:, None] | slow[None, :], np.inf,
-                        1 - poles[:, None] * poles.conj()[None, :])
+        away = stationary_divisor(poles, self.rate_hz)
         return (vectors @ ((b @ input_covariance @ b.conj().T) / away) @ vectors.conj().T).real
 
     def _both(self):
@@ -157,6 +154,18 @@ class Sampled:
                 np.hstack([self.c, self.c[:, pair].conj()]),
                 np.vstack([self.b, self.b[pair].conj()]),
                 np.hstack([self.vectors, self.vectors[:, pair].conj()]))
+
+
+def stationary_divisor(poles, rate_hz, turn=1.0):
+    """
+    Return turn - p_i p_j^*, (n, n), by which a stationary covariance is divided, eq. (23).
+
+    It is infinite for a pole that takes over an hour to settle: that has no stationary state on
+    the time scale of a record, and counts as zero. `turn` as of eq. (95a).
+    """
+    slow = 1 - np.abs(poles) < 1 / (SETTLES_S * rate_hz)
+    return np.where(slow[:, None] | slow[None, :], np.inf,
+                    turn - poles[:, None] * poles.conj()[None, :])
 
 
 def _response(poles, c, b, d, s):

@@ -11,13 +11,16 @@ import math
 import numpy as np
 from scipy.linalg import block_diag, eigh
 
+from ssi_ros.model.errors import Calibration, numbers_at, PROBE_M, with_errors
 from ssi_ros.model.excitation import White
+from ssi_ros.model.linear_model import assemble_model, LinearModel
 from ssi_ros.model.plate import plate_modes
 from ssi_ros.model.sensors import Noise
 from ssi_ros.model.spacecraft import INFINITE, on_array
 from ssi_ros.model.system import System
 from ssi_ros.records import read_only
 
+TORQUES = ('torque_x', 'torque_y', 'torque_z')
 RESIDUAL_DAMPING = 0.5      # see `_array_matrices`
 GIVE_HZ, GIVE_DAMPING = 1e4, 1.05       # see `_with_give`: far above what is looked at, two poles
 
@@ -28,8 +31,8 @@ def assemble(spacecraft, explicit_hinges=False, hinge_inputs=False):
 
     Parameters
     ----------
-    spacecraft : Spacecraft
-        The numbers.
+    spacecraft : Spacecraft or LinearModel
+        The numbers; a LinearModel has no hinges.
     explicit_hinges : bool
         Keep the angle of every hinge of finite stiffness as a freedom of its own, which a
         nonlinear hinge needs; otherwise the modes of the array contain it.
@@ -48,6 +51,8 @@ def assemble(spacecraft, explicit_hinges=False, hinge_inputs=False):
         If a mesh cannot carry the modes asked for.
 
     """
+    if isinstance(spacecraft, LinearModel):
+        return assemble_model(spacecraft)
     parts = [_array_matrices(a, explicit_hinges) for a in spacecraft.arrays]
     inertia = np.array(spacecraft.hub.inertia_kg_m2) + sum(
         _array_inertia(a) for a in spacecraft.arrays)
@@ -62,7 +67,7 @@ def assemble(spacecraft, explicit_hinges=False, hinge_inputs=False):
     pick = np.ix_(order, order)
     dofs = tuple(dofs[i] for i in order)
     modal = tuple(d for d in dofs if '_eta' in d)
-    inputs = ('torque_x', 'torque_y', 'torque_z') + tuple(
+    inputs = TORQUES + tuple(
         d.replace('_eta', '_force') for d in modal) + tuple(
         d for d in dofs if d.endswith('_hinge'))
     sensor = np.array([displacement_row(spacecraft, s.array, s.along_m, s.lateral_m,
@@ -78,9 +83,38 @@ def assemble(spacecraft, explicit_hinges=False, hinge_inputs=False):
         excitation=default_excitation(spacecraft),
         chain=(Noise((spacecraft.noise_rms_m_s2,) * len(spacecraft.sensors)),),
         rate_hz=spacecraft.rate_hz)
+    if any(spacecraft.calibration.values):
+        system = with_errors(system, spacecraft.calibration,
+                             *_geometry(spacecraft, explicit_hinges))
     if not hinge_inputs:
         return system
     return _with_give(system, [a for a in spacecraft.arrays if math.isfinite(a.hinge_n_m_rad)])
+
+
+def numbers_with_errors(spacecraft):
+    """
+    Return what the errors of a calibration make of the numbers of a spacecraft.
+
+    Parameters
+    ----------
+    spacecraft : Spacecraft
+        With the names of errors in its calibration.
+
+    Returns
+    -------
+    callable
+        From values of the errors, (m,), to `Numbers`.
+
+    """
+    system = assemble(replace(spacecraft, calibration=Calibration()))
+    names, (inertia, slopes) = spacecraft.calibration.names, _geometry(spacecraft, False)
+    return lambda values: numbers_at(system, names, values, inertia, slopes)
+
+
+def _geometry(spacecraft, explicit_hinges):
+    """Return the inertia of the hub, (3,), and slopes of sensor rows, as errors need them."""
+    return np.diag(spacecraft.hub.inertia_kg_m2), lambda i: _slopes(
+        spacecraft.arrays, spacecraft.sensors[i], explicit_hinges)
 
 
 def _with_give(system, arrays):
@@ -116,11 +150,18 @@ def _with_give(system, arrays):
 
 
 def default_excitation(spacecraft):
-    """Return the ambient excitation of a spacecraft: white torque and process noise."""
+    """
+    Return the ambient excitation of a spacecraft: white torque and process noise.
+
+    A torque about several axes is a part for each, so that each has a level of its own.
+    """
     levels = spacecraft.excitation
     forces = tuple(f'{a.name}_force{i + 1}' for a in spacecraft.arrays for i in range(a.modes))
-    return (White('torque', ('torque_x', 'torque_y', 'torque_z'), levels.torque_rms_n_m),
-            White('process_noise', forces, (levels.process_noise_rms,) * len(forces)))
+    torque = White('torque', TORQUES, levels.torque_rms_n_m)
+    driven = [(name, rms) for name, rms in zip(TORQUES, levels.torque_rms_n_m) if rms > 0.0]
+    torques = (torque,) if len(driven) < 2 else tuple(
+        White(name, (name,), (rms,)) for name, rms in driven)
+    return (*torques, White('process_noise', forces, (levels.process_noise_rms,) * len(forces)))
 
 
 def displacement_row(spacecraft, array, along_m, lateral_m, explicit_hinges=False):
@@ -143,15 +184,36 @@ def displacement_row(spacecraft, array, along_m, lateral_m, explicit_hinges=Fals
     ndarray, shape (n,), [m/rad | kg^-0.5]
 
     """
-    own = spacecraft.array(array)
-    on_array(own, along_m, lateral_m)
+    on_array(spacecraft.array(array), along_m, lateral_m)
+    return _row(spacecraft.arrays, array, along_m, lateral_m, explicit_hinges)
+
+
+def _row(arrays, name, along_m, lateral_m, explicit_hinges):
+    """Return the row of `displacement_row` of a point on one of some arrays."""
+    own = next(a for a in arrays if a.name == name)
     row, hinges = [own.side * (own.root_m + along_m), -lateral_m, 0.0], []
-    for a in spacecraft.arrays:
+    for a in arrays:
         shapes = _shapes(a, explicit_hinges, along_m, lateral_m) if a is own else 0.0
         row.extend(np.broadcast_to(shapes, a.modes))
         if explicit_hinges and math.isfinite(a.hinge_n_m_rad):
             hinges.append(along_m if a is own else 0.0)
     return np.array(row + hinges)
+
+
+@lru_cache(maxsize=256)
+def _slopes(arrays, sensor, explicit_hinges):
+    """Return the derivatives of a sensor's row by its place, along and across, (2, n) [1/m]."""
+    plate = next(a for a in arrays if a.name == sensor.array).plate
+    at = np.array([sensor.along_m, sensor.lateral_m])
+    low, high = np.array([[0.0, plate.length_m], [-plate.width_m / 2, plate.width_m / 2]]).T
+    rows = []
+    for step in PROBE_M * np.eye(2):
+        # at an edge the derivative is taken from inside
+        ends = [np.clip(at + sign * step, low, high) for sign in (1, -1)]
+        one, other = (_row(arrays, sensor.array, *map(float, end), explicit_hinges)
+                      for end in ends)
+        rows.append((one - other) / np.abs(ends[0] - ends[1]).sum())
+    return read_only(np.array(rows))
 
 
 def add_point_mass(system, row, mass_kg):

@@ -1,16 +1,19 @@
 """
 A linear system with its excitation and its sensor chain: the noun that the model hands on.
 
-M X'' + D X' + K X = B u and y = S X'' (or S X), eq. (16) and (17) of docs/theory.md.
+M X'' + D X' + K X = B u and y = S X'' (or S X', S X), eq. (16) and (17) of docs/theory.md.
 """
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
+from scipy.linalg import cho_factor, cho_solve, eigh
 
 from ssi_ros.model.statespace import StateSpace
 from ssi_ros.records import read_only
+
+MEASURED = ('displacement', 'velocity', 'acceleration')     # by the number of derivatives
+RIGID = 1e-11           # of the largest: a smaller stiffness or damping is a rounding error
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,8 +37,11 @@ class System:
         Stages that the measured values pass through in order, see `sensors.py`.
     rate_hz : float
         Sampling rate [Hz].
-    measured : str
-        'acceleration', y = S X'', or 'displacement', y = S X.
+    measured : str or tuple of str
+        'acceleration', y = S X'', 'velocity', y = S X', or 'displacement', y = S X; one for all
+        channels, or one a channel.
+    quadrature : Quadrature or None
+        Of a system that came as a state space: its freedoms are complex modes.
     shaping : StateSpace or None
         Filter that the whole excitation passes before it acts, eq. (24).
     conditioning : StateSpace or None
@@ -55,6 +61,7 @@ class System:
     chain: tuple = ()
     rate_hz: float = 100.0
     measured: str = 'acceleration'
+    quadrature: object = None
     shaping: StateSpace = None
     conditioning: StateSpace = None
 
@@ -68,9 +75,9 @@ class System:
             if getattr(self, name).shape != shape:
                 raise ValueError(f'{name} has shape {getattr(self, name).shape}, but the names of '
                                  f'freedoms, inputs and channels ask for {shape}')
-        if self.measured not in ('acceleration', 'displacement'):
-            raise ValueError(f"measured={self.measured!r} must be 'acceleration' or "
-                             "'displacement'")
+        if len(self.kinds) != channels or not set(self.kinds) <= set(MEASURED):
+            raise ValueError(f'measured={self.measured!r} must be one of {", ".join(MEASURED)}, '
+                             f'or one of them for each of the {channels} channels')
         for name, matrix in (('mass', self.mass), ('stiffness', self.stiffness)):
             _symmetric(name, matrix, self.dofs)
         least = np.linalg.eigvalsh(self.mass)[0]
@@ -83,6 +90,12 @@ class System:
             raise ValueError(f'the stiffness matrix has the eigenvalue {low:g}; it must not be '
                              'negative: look for a negative stiffness')
 
+    @property
+    def kinds(self):
+        """Return what every channel measures, one of MEASURED each."""
+        return ((self.measured,) * len(self.channels) if isinstance(self.measured, str)
+                else self.measured)
+
     @cached_property
     def state_space(self):
         """Return the minimal state space with the filters before and behind, eq. (18)."""
@@ -92,13 +105,12 @@ class System:
     @cached_property
     def plant(self):
         """Return the minimal continuous state space of the structure alone, eq. (18)."""
+        if self.quadrature is not None:
+            return self.quadrature.plant(self)
+        if _moves_freely(self.stiffness):
+            return in_modes(self).plant
         factor = cho_factor(self.mass)
-        # A freedom without stiffness does not act by its position (the attitude of the hub), and
-        # one also without damping not by its speed: leaving those out keeps the state bounded.
-        positions = np.flatnonzero(self.stiffness.any(axis=0))
-        if self.measured == 'displacement':
-            positions = np.arange(len(self.dofs))
-        speeds = np.union1d(positions, np.flatnonzero(self.damping.any(axis=0)))
+        positions, speeds = self.acting
         to_state = np.hstack([self.stiffness[:, positions], self.damping[:, speeds]])
         acceleration = -cho_solve(factor, to_state)
         feed = cho_solve(factor, self.input)
@@ -107,11 +119,12 @@ class System:
         a[np.arange(n), n + np.searchsorted(speeds, positions)] = 1.0
         a[n:] = acceleration[speeds]
         b = np.vstack([np.zeros((n, len(self.inputs))), feed[speeds]])
-        if self.measured == 'acceleration':
-            c, d = self.sensor @ acceleration, self.sensor @ feed
-        else:
-            c = np.hstack([self.sensor[:, positions], np.zeros((len(self.channels), k))])
-            d = np.zeros((len(self.channels), len(self.inputs)))
+        c, d = self.sensor @ acceleration, self.sensor @ feed
+        for i, kind in enumerate(self.kinds):
+            if kind != 'acceleration':
+                c[i], d[i] = 0.0, 0.0
+                at, first = (speeds, n) if kind == 'velocity' else (positions, 0)
+                c[i, first + np.arange(len(at))] = self.sensor[i, at]
         # Scales that make the stored energy the norm of the state keep its eigenvectors sound.
         scale = np.concatenate([
             np.sqrt(np.maximum(np.diag(self.stiffness)[positions], 1e-12)),
@@ -119,6 +132,22 @@ class System:
         names = tuple(self.dofs[i] for i in positions) + tuple(
             self.dofs[i] + '_rate' for i in speeds)
         return StateSpace(a, b, c, d, names, scale=scale)
+
+    @cached_property
+    def acting(self):
+        """
+        Return the freedoms that act by their position and those that act by their speed.
+
+        A freedom without stiffness does not act by its position (the attitude of the hub), and
+        one also without damping not by its speed: leaving those out keeps the state bounded.
+        """
+        positions = self._acting(self.stiffness, 'displacement')
+        return positions, np.union1d(positions, self._acting(self.damping, 'velocity'))
+
+    def _acting(self, matrix, kind):
+        """Return the freedoms that act by a matrix, or that a channel of a kind reads."""
+        read = self.sensor[[k == kind for k in self.kinds]].any(axis=0)
+        return np.flatnonzero(matrix.any(axis=0) | read)
 
     def transfer(self, frequencies_hz, rate_hz=None):
         """
@@ -181,6 +210,31 @@ def natural_modes(system):
     return NaturalModes(read_only(np.abs(values) / (2 * np.pi)),
                         read_only(-values.real / np.abs(values)),
                         read_only(shapes, complex), read_only(values, complex))
+
+
+def in_modes(system):
+    """
+    Return a system in its undamped modes, of mass 1: freedoms mode_1, ... by rising frequency.
+
+    What moves as a rigid body is then a freedom of its own, which acts by neither position nor
+    speed, as the attitude of a hub does.
+    """
+    squares, shapes = eigh(system.stiffness, system.mass)
+    squares = np.where(np.abs(squares) > RIGID * squares[-1], squares, 0.0)
+    damping = shapes.T @ system.damping @ shapes
+    damping = np.where(np.abs(damping) > RIGID * np.abs(damping).max(), damping, 0.0)
+    return replace(
+        system, mass=np.eye(len(squares)), damping=damping, stiffness=np.diag(squares),
+        input=shapes.T @ system.input, sensor=system.sensor @ shapes,
+        dofs=tuple(f'mode_{i + 1}' for i in range(len(squares))))
+
+
+def _moves_freely(stiffness):
+    """Return whether a combination of freedoms has no stiffness, each of which has some."""
+    held = np.flatnonzero(stiffness.any(axis=0))
+    scale = np.sqrt(np.maximum(np.diag(stiffness)[held], 1e-300))
+    scaled = stiffness[np.ix_(held, held)] / np.outer(scale, scale)
+    return len(held) > 0 and np.linalg.eigvalsh(scaled)[0] < RIGID
 
 
 def _symmetric(name, matrix, dofs):

@@ -1,0 +1,74 @@
+"""
+How a sampled system changes with its matrices, to first order, for many changes at once.
+
+Modal coordinates turn a change of the state matrix into changes of poles, its diagonal, and of
+eigenvectors, the rest over differences of poles: eq. (166) of docs/theory-gap.md.
+"""
+from dataclasses import dataclass
+
+import numpy as np
+
+APART = 1e-9            # relative: nearer poles are one, whose vectors no first order turns
+
+
+@dataclass(frozen=True, eq=False)
+class Tangent:
+    """
+    A sampled system with both of each pair of poles, and p changes of it.
+
+    z(k+1) = poles z(k) + b u(k), y = c z + d u; the changes have one more axis in front.
+    """
+
+    poles: np.ndarray       # (n,)
+    b: np.ndarray           # (n, m)
+    c: np.ndarray           # (l, n)
+    d: np.ndarray           # (l, m)
+    of_poles: np.ndarray    # (p, n)
+    of_b: np.ndarray        # (p, n, m)
+    of_c: np.ndarray        # (p, l, n)
+    of_d: np.ndarray        # (p, l, m)
+
+
+def tangent(system, mass, damping, stiffness, sensor):
+    """
+    Return the Tangent of a System for p changes of its matrices.
+
+    Parameters
+    ----------
+    system : System
+        Without filters before and behind, its freedoms held as `System.plant` has them.
+    mass, damping, stiffness : ndarray, shape (p, n, n)
+        Changes of the matrices.
+    sensor : ndarray, shape (p, l, n)
+        Changes of the rows of the channels, which are accelerations.
+
+    Returns
+    -------
+    Tangent
+
+    """
+    positions, speeds = system.acting
+    n, rate_hz = len(positions), system.rate_hz
+    inverse = np.linalg.inv(system.mass)
+    acceleration = -inverse @ np.hstack([system.stiffness[:, positions],
+                                         system.damping[:, speeds]])
+    feed = inverse @ system.input
+    to_state = np.concatenate([stiffness[:, :, positions], damping[:, :, speeds]], axis=2)
+    of_acceleration = -inverse @ (to_state + mass @ acceleration)
+    of_feed = -inverse @ (mass @ feed)
+    values, vectors, back = system.plant.diagonal
+    c, b = system.plant.c @ vectors, back @ system.plant.b
+    turned = back[:, n:] @ (of_acceleration[:, speeds] @ vectors)
+    of_c = (sensor @ acceleration + system.sensor @ of_acceleration) @ vectors
+    of_d = sensor @ feed + system.sensor @ of_feed
+    of_values = np.einsum('pii->pi', turned).copy()
+    away = values[None, :] - values[:, None]
+    near = np.abs(away) <= APART * np.abs(values).max()
+    turned /= np.where(near, np.inf, away)
+    of_b = back[:, n:] @ of_feed[:, speeds] - turned @ b
+    of_c += c @ turned
+    step = values / rate_hz
+    poles, held = np.exp(step), np.expm1(step) / values
+    of_held = (poles / rate_hz - held) / values * of_values
+    return Tangent(poles, held[:, None] * b, c, system.plant.d, poles / rate_hz * of_values,
+                   held[:, None] * of_b + of_held[:, :, None] * b, of_c, of_d)
