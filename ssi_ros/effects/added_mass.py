@@ -1,7 +1,7 @@
 """Something sits on an array that the model does not have."""
 from dataclasses import replace
 
-from ssi_ros.effects.base import Effect, effect, Site
+from ssi_ros.effects.base import Effect, effect, ModalPattern, Site
 from ssi_ros.model.structure import add_point_mass, displacement_row
 from ssi_ros.quantity import quantity
 
@@ -17,6 +17,7 @@ class AddedMass(Effect):
     # between nodes and bellies of the modes; every valley of the likelihood has one, eq. (104)
     starts = {'mass_kg': (0.01,), 'along_m': (
         0.8, 1.4, 2.0, 2.7, 3.3, 4.0, 4.6, 5.3, 6.0, 6.6, 7.2, 7.7), 'lateral_m': (-0.6, 0.0, 0.6)}
+    patterns = (ModalPattern.MODE_FREQUENCIES,)
 
     array: str = quantity('E1', doc='array')
     mass_kg: float = quantity(0.0, unit='kg', low=0.0, high=1e3, doc='mass')

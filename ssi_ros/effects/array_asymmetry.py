@@ -1,7 +1,7 @@
 """One array is softer or stiffer than the model."""
 from dataclasses import replace
 
-from ssi_ros.effects.base import Effect, effect, Site
+from ssi_ros.effects.base import Effect, effect, in_deviations, ModalPattern, Site
 from ssi_ros.effects.edits import scale_stiffness
 from ssi_ros.quantity import quantity
 
@@ -15,6 +15,7 @@ class ArrayAsymmetry(Effect):
     size = 'scale'
     reference = 'Leissa, J. Sound Vib. 31(3) 1973: Omega^2 is proportional to D'
     starts = {'scale': (0.998, 1.002)}
+    patterns = (ModalPattern.MODE_FREQUENCIES,)
 
     array: str = quantity('E1', doc='array')
     scale: float = quantity(1.0, low=0.3, high=3.0, doc='D of this array over its nominal value')
@@ -23,3 +24,8 @@ class ArrayAsymmetry(Effect):
         """Return the setup with one array scaled."""
         setup.spacecraft.array(self.array)
         return replace(setup, system=scale_stiffness(setup.system, [self.array], self.scale))
+
+    def deviations(self, spacecraft):
+        """Return the size in declared deviations of the model's own error."""
+        return in_deviations((self.scale - 1) / 2, spacecraft.uncertainty.frequency,
+                             spacecraft.array(self.array).modes)

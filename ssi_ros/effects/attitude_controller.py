@@ -2,7 +2,7 @@
 from dataclasses import replace
 import math
 
-from ssi_ros.effects.base import Effect, effect, Site
+from ssi_ros.effects.base import Effect, effect, ModalPattern, Site
 from ssi_ros.quantity import quantity
 
 
@@ -21,6 +21,8 @@ class AttitudeController(Effect):
     reference = 'Wie, Space Vehicle Dynamics and Control, 2008, chapter 7'
     starts = {'bandwidth_hz': (0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.8),
               'damping_ratio': (0.2, 0.7)}
+    needs = ('geometry',)
+    patterns = (ModalPattern.MODE_DAMPINGS, ModalPattern.NEW_MODE)
 
     bandwidth_hz: float = quantity(0.0, unit='Hz', low=0.0, high=50.0,
                                    doc='natural frequency of the rigid attitude')

@@ -2,7 +2,7 @@
 What an effect is: a frozen record that changes a `Setup`, declared in a file of its own.
 
 Every quantity's default is its null value, so an effect at its defaults changes nothing and every
-model with an effect contains the nominal one. `site` is the word that localisation answers with.
+model with an effect contains the nominal one. `site` is where localisation places it.
 """
 from dataclasses import dataclass, field, fields
 from enum import Enum
@@ -15,6 +15,9 @@ from ssi_ros.model.system import System
 from ssi_ros.quantity import check, quantities
 
 
+INPUT = 'drives'        # quantity that names an input: which one is given, not sought
+
+
 class Site(str, Enum):
     """Where an effect acts."""
 
@@ -24,6 +27,33 @@ class Site(str, Enum):
     TIMING = 'timing'
 
 
+class ModalPattern(str, Enum):
+    """
+    What an effect shows of itself where there are modes, but no geometry: in a recording.
+
+    Effects that declare one pattern cannot be distinguished by it.
+    """
+
+    COMMON_FREQUENCY_RATIO = 'all natural frequencies times one factor'
+    MODE_FREQUENCIES = 'natural frequencies changed, each by its own factor'
+    FREQUENCY_DRIFT = 'natural frequencies that change through the record'
+    COMMON_DAMPING_RATIO = 'all damping ratios times one factor'
+    MODE_DAMPINGS = 'damping ratios changed, each by its own factor'
+    HARDENING = 'natural frequencies that rise with the amplitude'
+    SOFTENING = 'natural frequencies that fall with the amplitude'
+    NEW_MODE = 'a mode that the recording before did not have'
+    CHANNEL_SHAPE = 'components of the mode shapes changed at one channel'
+    COMMON_FILTER = 'one filter on all channels'
+    CHANNEL_FILTER = 'a filter or a gain on one channel'
+    CHANNEL_NOISE = 'noise added to one channel'
+    SAMPLING = 'instants at which the channels are sampled'
+    SAMPLE_VALUES = 'values of the samples, each by itself'
+    LINE = 'a line at one frequency'
+    CHIRP = 'a line whose frequency changes through the record'
+    IMPULSES = 'single events'
+    AMPLITUDE_MODULATION = 'a level of all channels that changes through the record'
+
+
 @dataclass(frozen=True, eq=False)
 class Setup:
     """
@@ -31,7 +61,7 @@ class Setup:
 
     Attributes
     ----------
-    spacecraft : Spacecraft
+    spacecraft : Spacecraft or LinearModel
         The numbers that the system was assembled from.
     system : System
         Structure, excitation and sensor chain; its rate is that of the true sampling clock.
@@ -39,18 +69,18 @@ class Setup:
         Rate that the stamps claim [Hz].
     duration_s : float
         Length of the record, which some effects stretch over [s].
-    laws : tuple of HingeLaw
-        Nonlinear hinges; the system then has explicit hinges.
+    laws : tuple of HingeLaw or JointLaw
+        Nonlinear hinges, or joints of a LinearModel; the system then has inputs of their names.
     drift : float
         Relative change of every array's D from the first to the last sample [1].
     delays_s : tuple of float
         Delay of every channel [s]; empty for none.
     jitter_rms_s : float
-        Wander of the sampling instants [s].
+        Error of the sampling instants, rms [s].
     corners_hz : tuple of (int, float)
         Butterworth low-passes: channel and corner [Hz].
     powers : dict of str to float
-        Power of a part of the excitation over nominal, at which nonlinear hinges are linearised.
+        Power of each excitation over nominal, at which nonlinear hinges are linearised.
     lags : tuple of (ndarray, ndarray)
         Rows (m,) of inputs that reach the channels by columns (l,) a sample late, not at once.
     near : tuple of ndarray, optional
@@ -86,14 +116,46 @@ class Effect:
     """
     One unmodelled effect; a subclass is a frozen record made by `@effect`.
 
-    Class attributes: `name`, `site`, `size` (the quantity that is null when there is no effect),
-    `reference` (where the physics is written), `starts` (values from which a fit begins, and which
-    score the effect), `together` (other quantities that are null and grow with the size, as the
-    second coordinate of a shift does), `spectral` (whether the expected spectrum tells its
-    numbers; if not, a sign of the samples or of the torque does), `nonlinear` (then its expected
-    spectrum is not exact), `hinge` (whether it sets the root hinge of its array, which only one
-    effect can), `power` (of its size, that the change of a spectrum follows where it is small: 2
-    for an rms, -2 for a corner).
+    Attributes
+    ----------
+    name : str
+        By which it is given on the command line.
+    site : Site
+        Where it acts.
+    size : str
+        The quantity that is null when there is no effect.
+    reference : str
+        Where the physics is written.
+    starts : dict of str to tuple of float
+        Values from which a fit begins, and which score the effect.
+    together : tuple of str
+        Other quantities that are null and grow with the size, as the second coordinate of a shift.
+    spectral : bool
+        Whether the expected spectrum shows its quantities; if not, a detector does.
+    nonlinear : bool
+        Whether its expected spectrum is not exact.
+    hinge : bool
+        Whether it sets the root hinge of its array, which only one effect can.
+    power : float
+        Of its size, that the change of a spectrum follows where it is small: 2 for an rms, -2 for
+        a corner.
+    patterns : tuple of ModalPattern
+        What it shows where there is no geometry. Of all effects with a pattern, those that declare
+        it first are named before the others.
+    gaussian : bool
+        Whether a record with it is Gaussian, as the likelihood of spectra assumes.
+    whole_record : bool
+        Whether it acts over the whole record, and cannot be detected in a window of it.
+    in_mean_spectrum : bool
+        Whether the mean spectrum of a record shows it at all, whatever it shows of its quantities.
+    below_band : bool
+        Whether its detector works below the band that a fit uses, so that no fit accounts for it.
+    may_vary : str
+        What it scales that may vary with time, for messages; empty for nothing.
+    needs : tuple of str, optional
+        What a model must offer: 'geometry' (arrays, places on them, a hub), 'modes', 'points' that
+        springs can join. None: geometry, if it names an array or changes a spacecraft.
+
     """
 
     name = ''
@@ -106,6 +168,13 @@ class Effect:
     nonlinear = False
     hinge = False
     power = 1.0
+    patterns = ()
+    gaussian = True
+    whole_record = False
+    in_mean_spectrum = True
+    below_band = False
+    may_vary = ''
+    needs = None
 
     def __post_init__(self):
         check(self)
@@ -116,6 +185,15 @@ class Effect:
         return all(getattr(self, f.name) == f.default for f in fields(self)
                    if f.name in (self.size, *self.together))
 
+    @property
+    def limit(self):
+        """Largest value that a channel can have [m/s^2]."""
+        return math.inf
+
+    def in_samples(self, values):
+        """Return values (n, l) with the effect in them, None unless it acts on samples alone."""
+        return None
+
     def spacecraft(self, spacecraft):
         """Return the spacecraft with the effect in its numbers."""
         return spacecraft
@@ -124,14 +202,22 @@ class Effect:
         """Return the setup with the effect in it, after all spacecraft hooks have run."""
         return setup
 
+    def deviations(self, spacecraft):
+        """Return its size in declared deviations of the error of the model that is the same."""
+        return math.inf
+
     @classmethod
     def starts_on(cls, spacecraft, place):
-        """Return `starts` for a spacecraft and the words of a place; positions follow its size."""
-        return cls.starts
+        """Return `starts` for a model at a place; in units that follow its rate and noise."""
+        if not hasattr(spacecraft, 'usual'):
+            return cls.starts
+        units = {f.name: f.metadata['unit'] for f in cls.numbers()}
+        return {k: tuple(spacecraft.usual(units[k], place) * v for v in values)
+                for k, values in cls.starts.items()}
 
     @classmethod
     def one_sided(cls):
-        """Return whether the size cannot have the other sign, as a mass cannot."""
+        """Return whether the size has one sign only, as a mass has."""
         size = next(f for f in cls.numbers() if f.name == cls.size)
         return size.default in (size.metadata['low'], size.metadata['high'])
 
@@ -141,14 +227,39 @@ class Effect:
         return tuple(f for f in quantities(cls) if not isinstance(f.default, str))
 
     @classmethod
+    def needed(cls):
+        """Return what a model must offer, see `needs`."""
+        if cls.needs is not None:
+            return cls.needs
+        placed = {f.name for f in quantities(cls)} & {'array', 'along_m'}
+        return ('geometry',) if placed or cls.spacecraft is not Effect.spacecraft else ()
+
+    @classmethod
     def words(cls):
         """Return the fields of the quantities that name a channel or an array."""
-        return tuple(f for f in quantities(cls) if isinstance(f.default, str))
+        return tuple(f for f in quantities(cls) if isinstance(f.default, str) and f.name != INPUT)
+
+    @classmethod
+    def within(cls, **values):
+        """Return an effect with its quantities kept inside their declared ranges."""
+        ranges = {f.name: f.metadata for f in cls.numbers()}
+        return cls(**{k: float(min(max(v, ranges[k]['low']), ranges[k]['high'])) if k in ranges
+                      else v for k, v in values.items()})
+
+    def values(self):
+        """Return the quantities by name, numbers and words; an input at its default is none."""
+        return {f.name: getattr(self, f.name) for f in quantities(self)
+                if f.name != INPUT or getattr(self, f.name) != f.default}
 
     def text(self):
         """Return the effect as the command line writes it, `name:param=value,...`."""
-        pairs = ','.join(f'{f.name}={_plain(getattr(self, f.name))}' for f in quantities(self))
+        pairs = ','.join(f'{name}={_plain(value)}' for name, value in self.values().items())
         return f'{self.name}:{pairs}'
+
+
+def in_deviations(size, std, count=1):
+    """Return a size common to `count` errors of a declared deviation each, in deviations."""
+    return abs(size) * math.sqrt(count) / std if std else math.inf
 
 
 def _plain(value):

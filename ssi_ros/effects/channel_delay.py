@@ -1,7 +1,7 @@
 """One channel arrives later than the others."""
 from dataclasses import replace
 
-from ssi_ros.effects.base import Effect, effect, Site
+from ssi_ros.effects.base import Effect, effect, ModalPattern, Site
 from ssi_ros.effects.edits import channel_index
 from ssi_ros.quantity import quantity
 
@@ -15,6 +15,7 @@ class ChannelDelay(Effect):
     size = 'delay_s'
     reference = 'shift theorem, on the band below half of the rate'
     starts = {'delay_s': (2e-4,)}
+    patterns = (ModalPattern.CHANNEL_FILTER,)
 
     channel: str = quantity('e1_a', doc='channel')
     delay_s: float = quantity(0.0, unit='s', low=0.0, high=1.0, doc='delay')

@@ -1,7 +1,7 @@
 """The root hinge of an array hardens."""
 from dataclasses import replace
 
-from ssi_ros.effects.base import Effect, effect, Site
+from ssi_ros.effects.base import Effect, effect, ModalPattern, Site
 from ssi_ros.effects.edits import change_array
 from ssi_ros.model.nonlinear import HingeLaw
 from ssi_ros.quantity import quantity
@@ -18,6 +18,8 @@ class CubicStiffness(Effect):
     starts = {'k3_n_m_rad3': (1e14,), 'stiffness_n_m_rad': (1e5, 1e4)}
     nonlinear = True
     hinge = True
+    patterns = (ModalPattern.HARDENING, ModalPattern.MODE_FREQUENCIES)
+    gaussian = False
 
     array: str = quantity('E1', doc='array')
     k3_n_m_rad3: float = quantity(0.0, unit='N m/rad^3', low=0.0, high=1e20,

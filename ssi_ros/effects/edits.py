@@ -25,11 +25,13 @@ def scale_stiffness(system, arrays, scale):
     """
     Return the system with the bending stiffness D of arrays times `scale`, eq. (81).
 
+    Without arrays (none are named) it is the whole stiffness matrix.
+
     Shapes do not depend on D, so Omega^2 follows D and, at the same damping ratio, Omega its
     root. A hinge keeps its stiffness.
     """
     prefixes = tuple(f'{a}_eta' for a in arrays)
-    rows = np.array([d.startswith(prefixes) for d in system.dofs])
+    rows = np.array([not prefixes or d.startswith(prefixes) for d in system.dofs])
     both = np.outer(rows, rows)
     return replace(system, stiffness=np.where(both, scale * system.stiffness, system.stiffness),
                    damping=np.where(both, np.sqrt(scale) * system.damping, system.damping))
@@ -44,6 +46,15 @@ def mix(setup, matrix):
 def add_stage(setup, stage):
     """Return the setup with a stage at the end of the sensor chain."""
     return replace(setup, system=replace(setup.system, chain=setup.system.chain + (stage,)))
+
+
+def input_name(system, name):
+    """Return the name of an input, of the first one for 'first'; ValueError if it is not there."""
+    if name == 'first':
+        return system.inputs[0]
+    if name not in system.inputs:
+        raise ValueError(unknown(f'input {name!r}', name, system.inputs))
+    return name
 
 
 def add_part(setup, part):

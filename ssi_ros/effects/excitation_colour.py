@@ -1,7 +1,7 @@
 """The excitation is not white: less at high frequency."""
 from dataclasses import replace
 
-from ssi_ros.effects.base import Effect, effect, Site
+from ssi_ros.effects.base import Effect, effect, ModalPattern, Site
 from ssi_ros.model.excitation import Coloured, Varying, White
 from ssi_ros.quantity import quantity
 
@@ -16,11 +16,13 @@ class ExcitationColour(Effect):
     reference = 'paper, section 4.2 (shaping filter)'
     starts = {'corner_hz': (300.0, 60.0, 12.0)}
     power = -2.0
+    patterns = (ModalPattern.COMMON_FILTER,)
 
     corner_hz: float = quantity(float('inf'), unit='Hz', low=0.01, doc='corner of the low-pass')
 
     def apply(self, setup):
         """Return the setup with the low-pass on all that is random in the excitation."""
-        parts = tuple(Coloured(p, self.corner_hz) if isinstance(p, (White, Varying)) else p
+        random = White, Varying, Coloured
+        parts = tuple(Coloured(p, self.corner_hz) if isinstance(p, random) else p
                       for p in setup.system.excitation)
         return replace(setup, system=replace(setup.system, excitation=parts))

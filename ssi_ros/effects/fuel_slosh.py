@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from ssi_ros.effects.base import Effect, effect, Site
+from ssi_ros.effects.base import Effect, effect, ModalPattern, Site
 from ssi_ros.quantity import quantity
 
 
@@ -20,9 +20,11 @@ class FuelSlosh(Effect):
     site = Site.STRUCTURE
     size = 'mass_kg'
     reference = 'Abramson, NASA SP-106, 1966: equivalent spring-mass of a tank'
-    # a narrow resonance is seen by a template at most its own width away
+    # a template responds to a narrow resonance at most its own width away
     starts = {'mass_kg': (3.0,), 'frequency_hz': tuple(0.12 * 1.07 ** k for k in range(67)),
               'damping_ratio': (0.02,), 'arm_m': (1.0,)}
+    needs = ('geometry',)
+    patterns = (ModalPattern.MODE_FREQUENCIES, ModalPattern.MODE_DAMPINGS, ModalPattern.NEW_MODE)
 
     mass_kg: float = quantity(0.0, unit='kg', low=0.0, high=1e5, doc='moving mass')
     frequency_hz: float = quantity(0.5, unit='Hz', low=0.01, high=100.0, doc='on a fixed hub')

@@ -1,5 +1,5 @@
-"""The root of an array gives: a hinge in place of the clamp."""
-from ssi_ros.effects.base import Effect, effect, Site
+"""The root of an array is compliant: a hinge in place of the clamp."""
+from ssi_ros.effects.base import Effect, effect, ModalPattern, Site
 from ssi_ros.effects.edits import change_array
 from ssi_ros.quantity import quantity
 
@@ -15,6 +15,7 @@ class HingeCompliance(Effect):
     starts = {'stiffness_n_m_rad': (3e6, 3e5, 3e4)}
     power = -1.0
     hinge = True
+    patterns = (ModalPattern.MODE_FREQUENCIES,)
 
     array: str = quantity('E1', doc='array')
     stiffness_n_m_rad: float = quantity(float('inf'), unit='N m/rad', low=10.0,

@@ -1,7 +1,7 @@
 """The root hinge of an array has play."""
 from dataclasses import replace
 
-from ssi_ros.effects.base import Effect, effect, Site
+from ssi_ros.effects.base import Effect, effect, ModalPattern, Site
 from ssi_ros.effects.edits import change_array
 from ssi_ros.model.nonlinear import HingeLaw
 from ssi_ros.quantity import quantity
@@ -18,6 +18,9 @@ class HingeFreeplay(Effect):
     starts = {'gap_rad': (3e-7,), 'stiffness_n_m_rad': (1e6, 1e5)}
     nonlinear = True
     hinge = True
+    patterns = (ModalPattern.MODE_FREQUENCIES, ModalPattern.HARDENING, ModalPattern.SOFTENING,
+                ModalPattern.IMPULSES)
+    gaussian = False
 
     array: str = quantity('E1', doc='array')
     gap_rad: float = quantity(0.0, unit='rad', low=0.0, high=0.1, doc='half of the play')

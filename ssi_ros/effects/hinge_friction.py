@@ -1,7 +1,7 @@
-"""The root hinge of an array rubs."""
+"""The root hinge of an array has Coulomb friction."""
 from dataclasses import replace
 
-from ssi_ros.effects.base import Effect, effect, Site
+from ssi_ros.effects.base import Effect, effect, ModalPattern, Site
 from ssi_ros.effects.edits import change_array
 from ssi_ros.model.nonlinear import HingeLaw
 from ssi_ros.quantity import quantity
@@ -18,6 +18,8 @@ class HingeFriction(Effect):
     starts = {'torque_n_m': (0.01,), 'stiffness_n_m_rad': (1e6, 1e5)}
     nonlinear = True
     hinge = True
+    patterns = (ModalPattern.SOFTENING, ModalPattern.MODE_FREQUENCIES)
+    gaussian = False
 
     array: str = quantity('E1', doc='array')
     torque_n_m: float = quantity(0.0, unit='N m', low=0.0, high=1e4, doc='Coulomb torque')

@@ -1,5 +1,6 @@
 """Put effects into a spacecraft: numbers -> setup, eq. (80) of docs/theory-gap.md."""
 from ssi_ros.effects.base import Setup
+from ssi_ros.effects.places import applicable
 from ssi_ros.model.structure import assemble
 
 
@@ -8,11 +9,11 @@ def inject(spacecraft, effects=(), duration_s=600.0):
     Build the setup of a spacecraft with effects in it.
 
     All effects first change the numbers, then the system is assembled once, then they change the
-    setup in the order given; an effect at its null value is left out.
+    setup in the order given; an effect at its null value is skipped.
 
     Parameters
     ----------
-    spacecraft : Spacecraft
+    spacecraft : Spacecraft or LinearModel
         The nominal numbers.
     effects : sequence of Effect
         None gives the nominal setup.
@@ -26,11 +27,12 @@ def inject(spacecraft, effects=(), duration_s=600.0):
     Raises
     ------
     ValueError
-        If an effect names a channel or an array that is not there, or cannot act on it, or two
-        set the hinge of one array.
+        If an effect names a channel or an array that is not there, or cannot act on it, or needs
+        what a LinearModel does not have, or two set the hinge of one array.
 
     """
     effects = tuple(e for e in effects if not e.is_null)
+    applicable(spacecraft, [e.name for e in effects])
     hinged = {}
     for e in effects:
         if e.hinge and hinged.setdefault(e.array, e) is not e:

@@ -8,7 +8,6 @@ from ssi_ros.effects import base
 from ssi_ros.quantity import quantities, unknown
 
 ENTRY_POINTS = 'ssi_ros.effects'
-_NOT_EFFECTS = ('base', 'library', 'inject', 'simulate', 'edits', 'stages', 'config')
 
 
 def library():
@@ -18,20 +17,19 @@ def library():
     A package adds effects with an entry point in the group `ssi_ros.effects` that names a module
     or a class; loading it runs `@effect`.
     """
-    package = import_module('ssi_ros.effects')
-    for module in pkgutil.iter_modules(package.__path__):
-        if module.name not in _NOT_EFFECTS:
-            import_module(f'ssi_ros.effects.{module.name}')
-    for point in _others():
-        point.load()
+    _load()
     sites = list(base.Site)
     return dict(sorted(base.known().items(), key=lambda e: (sites.index(e[1].site), e[0])))
 
 
 @lru_cache(maxsize=1)
-def _others():
-    """Return the entry points of other packages; looking for them reads all that is installed."""
-    return tuple(entry_points(group=ENTRY_POINTS))
+def _load():
+    """Import this folder and the entry points: what `@effect` marks there is an effect."""
+    package = import_module('ssi_ros.effects')
+    for module in pkgutil.iter_modules(package.__path__):
+        import_module(f'ssi_ros.effects.{module.name}')
+    for point in entry_points(group=ENTRY_POINTS):
+        point.load()
 
 
 def effect_class(name):
@@ -60,10 +58,10 @@ def parse_effect(text):
     declared = {f.name: f for f in quantities(cls)}
     values = {}
     for pair in filter(None, (p.strip() for p in rest.split(','))):
-        key, sign, value = (p.strip() for p in pair.partition('='))
+        key, equals, value = (p.strip() for p in pair.partition('='))
         if key not in declared:
             raise ValueError(unknown(f'{name}:{key}', key, declared))
-        if not sign:
+        if not equals:
             raise ValueError(f'{name}:{key} has no value; write {key}=...')
         if not isinstance(declared[key].default, str):
             try:

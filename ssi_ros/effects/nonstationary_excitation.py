@@ -1,7 +1,7 @@
 """The level of the excitation comes and goes."""
 from dataclasses import replace
 
-from ssi_ros.effects.base import Effect, effect, Site
+from ssi_ros.effects.base import Effect, effect, ModalPattern, Site
 from ssi_ros.model.excitation import Varying
 from ssi_ros.quantity import quantity
 
@@ -16,8 +16,10 @@ class NonstationaryExcitation(Effect):
     reference = 'amplitude modulation of a stationary process'
     starts = {'depth': (0.3,), 'period_s': (60.0, 120.0, 300.0)}
     spectral = False
+    patterns = (ModalPattern.AMPLITUDE_MODULATION,)
+    in_mean_spectrum = False
 
-    depth: float = quantity(0.0, low=0.0, high=1.0, doc='relative swing of the level')
+    depth: float = quantity(0.0, low=0.0, high=1.0, doc='relative modulation of the level')
     period_s: float = quantity(120.0, unit='s', low=1.0, high=1e5, doc='period of the level')
     phase_rad: float = quantity(0.0, unit='rad', low=-7.0, high=7.0,
                                 doc='phase of the level at the first sample')

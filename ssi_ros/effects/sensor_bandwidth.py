@@ -1,7 +1,7 @@
 """An accelerometer cannot follow fast motion."""
 from dataclasses import replace
 
-from ssi_ros.effects.base import Effect, effect, Site
+from ssi_ros.effects.base import Effect, effect, ModalPattern, Site
 from ssi_ros.effects.edits import channel_index
 from ssi_ros.quantity import quantity
 
@@ -20,6 +20,7 @@ class SensorBandwidth(Effect):
     reference = 'Butterworth, Wireless Engineer 7, 1930'
     starts = {'corner_hz': (1000.0, 250.0, 60.0)}
     power = -1.0
+    patterns = (ModalPattern.CHANNEL_FILTER, ModalPattern.COMMON_FILTER)
 
     channel: str = quantity('all', doc='channel, or all')
     corner_hz: float = quantity(float('inf'), unit='Hz', low=0.1, doc='corner, -3 dB')

@@ -1,7 +1,7 @@
 """A channel picks up a share of another."""
 import numpy as np
 
-from ssi_ros.effects.base import Effect, effect, Site
+from ssi_ros.effects.base import Effect, effect, ModalPattern, Site
 from ssi_ros.effects.edits import channel_index, mix
 from ssi_ros.quantity import quantity
 
@@ -15,6 +15,7 @@ class SensorCrosstalk(Effect):
     size = 'gain'
     reference = 'cross-channel sensitivity, IEEE Std 1293'
     starts = {'gain': (-3e-3, 3e-3)}
+    patterns = (ModalPattern.CHANNEL_FILTER,)
 
     source: str = quantity('e1_b', doc='channel that is picked up')
     channel: str = quantity('e1_a', doc='channel that picks up')

@@ -1,7 +1,7 @@
 """An accelerometer reads too much or too little."""
 import numpy as np
 
-from ssi_ros.effects.base import Effect, effect, Site
+from ssi_ros.effects.base import Effect, effect, in_deviations, ModalPattern, Site
 from ssi_ros.effects.edits import channel_index, mix
 from ssi_ros.quantity import quantity
 
@@ -15,6 +15,8 @@ class SensorGain(Effect):
     size = 'scale'
     reference = 'scale-factor error, IEEE Std 1293'
     starts = {'scale': (0.998, 1.002)}
+    patterns = (ModalPattern.CHANNEL_FILTER,)
+    may_vary = 'the gain'
 
     channel: str = quantity('e1_a', doc='channel')
     scale: float = quantity(1.0, low=0.0, high=20.0, doc='gain over its nominal value')
@@ -25,3 +27,7 @@ class SensorGain(Effect):
         i = channel_index(setup.system, self.channel)
         gains[i, i] = self.scale
         return mix(setup, gains)
+
+    def deviations(self, spacecraft):
+        """Return the size in declared deviations of the model's own error."""
+        return in_deviations(self.scale - 1, spacecraft.uncertainty.gain)

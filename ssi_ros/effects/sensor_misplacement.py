@@ -1,7 +1,8 @@
-"""An accelerometer does not sit where the drawing says."""
+"""An accelerometer is not where the drawing has it."""
 from dataclasses import replace
+import math
 
-from ssi_ros.effects.base import Effect, effect, Site
+from ssi_ros.effects.base import Effect, effect, in_deviations, ModalPattern, Site
 from ssi_ros.quantity import quantity, unknown
 
 
@@ -15,6 +16,7 @@ class SensorMisplacement(Effect):
     together = ('lateral_m',)
     reference = 'docs/theory.md, eq. (14) (displacement row of a point)'
     starts = {'along_m': (-0.02, 0.0, 0.02), 'lateral_m': (-0.02, 0.0, 0.02)}
+    patterns = (ModalPattern.CHANNEL_SHAPE,)
 
     channel: str = quantity('e1_a', doc='channel')
     along_m: float = quantity(0.0, unit='m', low=-100.0, high=100.0, doc='shift to the tip')
@@ -28,3 +30,8 @@ class SensorMisplacement(Effect):
         return replace(spacecraft, sensors=tuple(
             replace(s, along_m=s.along_m + self.along_m, lateral_m=s.lateral_m + self.lateral_m)
             if s.name == self.channel else s for s in spacecraft.sensors))
+
+    def deviations(self, spacecraft):
+        """Return the size in declared deviations of the model's own error."""
+        return in_deviations(math.hypot(self.along_m, self.lateral_m),
+                             spacecraft.uncertainty.sensor_place_m)

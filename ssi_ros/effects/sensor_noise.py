@@ -1,7 +1,7 @@
 """An accelerometer is noisier than its data sheet."""
 from dataclasses import replace
 
-from ssi_ros.effects.base import Effect, effect, Site
+from ssi_ros.effects.base import Effect, effect, ModalPattern, Site
 from ssi_ros.effects.edits import channel_index
 from ssi_ros.model.sensors import Noise
 from ssi_ros.quantity import quantity
@@ -16,6 +16,8 @@ class SensorNoise(Effect):
     size = 'scale'
     reference = 'paper, section 3 (measurement noise v)'
     starts = {'scale': (0.85, 1.15)}
+    patterns = (ModalPattern.CHANNEL_NOISE,)
+    may_vary = 'the noise'
 
     channel: str = quantity('e1_a', doc='channel')
     scale: float = quantity(1.0, low=0.0, high=1e3, doc='noise rms over its nominal value')

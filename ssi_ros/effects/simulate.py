@@ -7,6 +7,7 @@ from scipy.signal import resample
 
 from ssi_ros.effects.edits import scale_stiffness
 from ssi_ros.model.excitation import begin_all, generator
+from ssi_ros.model.joints import JointLaw, simulate_joints
 from ssi_ros.model.nonlinear import simulate_nonlinear
 from ssi_ros.model.simulator import check_rate, propagate, simulate, stationary_start
 from ssi_ros.records import Samples
@@ -47,9 +48,11 @@ def simulate_setup(setup, seed, *, at_rest=False, start_ns=0, progress=None):
     rows = count + 2 * MARGIN if moves else count
     bare = replace(system, chain=())
     if setup.laws and setup.drift:
-        raise ValueError('a nonlinear hinge and a drifting stiffness cannot be simulated '
+        raise ValueError('a nonlinear joint and a drifting stiffness cannot be simulated '
                          'together; give one of them')
-    if setup.laws:
+    if setup.laws and isinstance(setup.laws[0], JointLaw):
+        values = simulate_joints(bare, rows / rate_hz, seed, setup.laws, at_rest=at_rest).values
+    elif setup.laws:
         samples, _ = simulate_nonlinear(
             bare, rows / rate_hz, seed, laws=setup.laws, at_rest=at_rest,
             substeps=max(1, int(np.ceil(HINGE_STEP_HZ / rate_hz))))

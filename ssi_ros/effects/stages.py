@@ -8,7 +8,7 @@ from ssi_ros.model.sensors import Stage
 
 
 @dataclass(frozen=True)
-class Wander(Stage):
+class LowFrequencyNoise(Stage):
     """First-order low-frequency noise on one channel, eq. (88): rms [m/s^2], time constant [s]."""
 
     channel: int
@@ -17,7 +17,7 @@ class Wander(Stage):
 
     @property
     def name(self):
-        """Name of the random numbers: each channel has its own."""
+        """Name of the random numbers, each channel its own; it fixes those of a seed."""
         return f'wander_{self.channel}'
 
     def begin(self, rate_hz, generator):
@@ -28,10 +28,10 @@ class Wander(Stage):
 
         def add(values):
             drive = kick * generator.standard_normal(len(values))
-            wander, last = lfilter([1.0], [1.0, -keep], drive, zi=[keep * state[0]])
+            noise, last = lfilter([1.0], [1.0, -keep], drive, zi=[keep * state[0]])
             state[0] = last[0] / keep
             values = values.copy()
-            values[:, self.channel] += wander
+            values[:, self.channel] += noise
             return values
         return add
 

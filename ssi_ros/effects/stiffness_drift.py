@@ -1,7 +1,7 @@
 """The arrays change while they are watched, as with temperature."""
 from dataclasses import replace
 
-from ssi_ros.effects.base import Effect, effect, Site
+from ssi_ros.effects.base import Effect, effect, ModalPattern, Site
 from ssi_ros.quantity import quantity
 
 
@@ -14,6 +14,7 @@ class StiffnessDrift(Effect):
     size = 'change'
     reference = 'Leissa, J. Sound Vib. 31(3) 1973, with D a function of time'
     starts = {'change': (-0.005, 0.005)}
+    patterns = (ModalPattern.FREQUENCY_DRIFT,)
 
     change: float = quantity(0.0, low=-0.7, high=2.0, doc='relative change of D by the end')
 

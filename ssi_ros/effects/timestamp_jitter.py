@@ -1,8 +1,8 @@
-"""The sampling instants wander, and the stamps do not say so."""
+"""The sampling instants have random errors that the stamps do not show."""
 from dataclasses import replace
 import math
 
-from ssi_ros.effects.base import Effect, effect, Site
+from ssi_ros.effects.base import Effect, effect, ModalPattern, Site
 from ssi_ros.quantity import quantity
 
 
@@ -16,6 +16,7 @@ class TimestampJitter(Effect):
     reference = 'Balakrishnan, IRE Trans. Inf. Theory 8(3), 1962'
     starts = {'rms_s': (2e-4,)}
     power = 2.0
+    patterns = (ModalPattern.SAMPLING,)
 
     rms_s: float = quantity(0.0, unit='s', low=0.0, high=1.0, doc='rms of the error')
 

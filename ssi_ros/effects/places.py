@@ -1,0 +1,98 @@
+"""Where an effect can act on a model, and which effects a model cannot have."""
+from itertools import product
+
+import numpy as np
+
+from ssi_ros.effects.library import effect_class, library
+
+GROUND = 'ground'       # what does not move
+MOST_PAIRS = 60         # of points that are joined: the most strongly joined ones
+JOINED = 1e-6           # of the geometric mean of two diagonal entries: less joins nothing
+OFFERED = ('geometry',)     # by a spacecraft
+WORDS = {'geometry': 'arrays, places on them or a hub', 'modes': 'a model of matrices',
+         'points': 'points that springs can join'}
+
+
+def offered(model):
+    """Return what a model offers to effects; a Spacecraft has a geometry, None is a recording."""
+    return getattr(model, 'offers', OFFERED)
+
+
+def applicable(model, names=None):
+    """
+    Return the names of the effects that a model can have, in the order of the library.
+
+    Parameters
+    ----------
+    model : Spacecraft, LinearModel or None
+        What effects are injected into; None for a recording.
+    names : sequence of str, optional
+        The only ones to consider.
+
+    Raises
+    ------
+    ValueError
+        If one of `names` is not known, or needs what the model does not have.
+
+    """
+    there = offered(model)
+    for name in names or ():
+        lacking = [n for n in effect_class(name).needed() if n not in there]
+        if lacking:
+            raise ValueError(f'{name} needs {WORDS[lacking[0]]}, which this model does not have; '
+                             'leave it out')
+    if names:
+        return tuple(effect_class(n).name for n in names)
+    return tuple(n for n, cls in library().items() if set(cls.needed()) <= set(there))
+
+
+def left_out(model):
+    """Return a sentence on the effects that need the geometry of a spacecraft, or nothing."""
+    if 'geometry' in offered(model):
+        return ()
+    names = [n for n, cls in library().items() if 'geometry' in cls.needed()]
+    return (f'The model has no geometry, so that {len(names)} effects were left out: '
+            + ', '.join(names) + '.',)
+
+
+def places(cls, model):
+    """Yield the words of an effect for every place on a model, as dicts."""
+    words = cls.words()
+    if {'freedom', 'to'} <= {f.name for f in words}:
+        yield from ({'freedom': a, 'to': b} for a, b in pairs(model))
+        return
+    found = list(product(*(_choices(f, model) for f in words)))
+    for choice in found:
+        if len(choice) < 2 or choice[0] != choice[1]:
+            yield dict(zip([f.name for f in words], choice))
+
+
+def _choices(f, model):
+    """Return what a word of an effect may name."""
+    if f.name == 'array':
+        return [a.name for a in model.arrays]
+    if f.name == 'mode':
+        return [str(i + 1) for i in range(model.vibrating)]
+    if f.name == 'freedom':
+        return list(model.points)
+    return (['all'] if f.default == 'all' else []) + [s.name for s in model.sensors]
+
+
+def pairs(model):
+    """Return the pairs of points that springs of a model join, and every point with the ground."""
+    found = {(p, GROUND): np.inf for p in model.points}
+    joined = model.freedoms if model.physical else model.points
+    for i, j in zip(*np.triu_indices(len(joined), 1)):
+        strength = _strength(model, i, j)
+        if strength > JOINED:
+            found[joined[i], joined[j]] = strength
+    kept = sorted(found, key=lambda pair: -found[pair])[:MOST_PAIRS]
+    return [pair for pair in found if pair in kept]
+
+
+def _strength(model, i, j):
+    """Return how strongly stiffness or damping joins two points; 1 for channels of modes."""
+    if not model.physical:
+        return 1.0
+    return max(abs(m[i, j]) / max(np.sqrt(abs(m[i, i] * m[j, j])), 1e-300)
+               for m in (model.stiffness, model.damping))

@@ -1,0 +1,30 @@
+"""A point of a model is heavier or lighter, as with a payload."""
+from ssi_ros.effects.base import Effect, effect, ModalPattern, Site
+from ssi_ros.effects.places import GROUND
+from ssi_ros.effects.points import joined, mass_at, row_between
+from ssi_ros.quantity import quantity
+
+
+@effect
+class PointMass(Effect):
+    """
+    A mass, or inertia, of `share` times that of the point, M -> M + share m r^T r.
+
+    m = 1 / r M^-1 r^T is what a sudden push at the point feels; of a lumped mass that is the mass.
+    """
+
+    name = 'point_mass'
+    site = Site.STRUCTURE
+    size = 'share'
+    reference = 'kinetic energy of a point mass; docs/theory.md, eq. (15)'
+    starts = {'share': (-0.005, 0.005)}
+    needs = ('points',)
+    patterns = (ModalPattern.MODE_FREQUENCIES,)
+
+    freedom: str = quantity('', doc='point, see `ssi_ros model FILE`')
+    share: float = quantity(0.0, low=-0.9, high=100.0, doc='added mass over m')
+
+    def apply(self, setup):
+        """Return the setup with the mass."""
+        row = row_between(setup, self.freedom, GROUND)
+        return joined(setup, 'mass', row, self.share * mass_at(setup.system, row))
