@@ -16,23 +16,14 @@ import struct
 
 import numpy as np
 
-from .schema import HEADER, numeric_fields, parse, short_name, SIZES, STRINGS, TIME
+from .cdr_walk import Step, Walk
+from .schema import HEADER, numeric_fields, parse, short_name, SIZES, TIME
 
 _CODES = {'bool': 'B', 'byte': 'B', 'char': 'B', 'int8': 'b', 'uint8': 'B', 'int16': 'h',
           'uint16': 'H', 'int32': 'i', 'uint32': 'I', 'int64': 'q', 'uint64': 'Q',
           'float32': 'f', 'float64': 'd'}
-_ORDERS = {b'\x00\x00': '>', b'\x00\x01': '<'}
 _STEP = re.compile(r'([A-Za-z]\w*)((?:\[\d+\])?)')
 _LAYOUTS_KEPT = 64
-
-
-@dataclass(frozen=True)
-class Step:
-    """One step of a path: skip the members before it, then enter `member` at `index`."""
-
-    before: tuple
-    member: object
-    index: int
 
 
 @dataclass(frozen=True)
@@ -46,59 +37,6 @@ class Layout:
     expected: object
     stamp: int              # place of the seconds among the items; None without a stamp
     value: int
-
-
-class _Walk:
-    """A position in one message, and the lengths that were met on the way."""
-
-    def __init__(self, types, raw):
-        self.types, self.raw, self.pos, self.lengths = types, raw, 4, []
-        head = bytes(raw[:2])
-        if head not in _ORDERS:
-            raise ValueError(f'a message begins with the bytes {bytes(raw[:4]).hex(" ") or "none"}'
-                             '; 00 00 or 00 01 (plain CDR) is needed')
-        self.order = _ORDERS[head]
-
-    def align(self, size):
-        self.pos += (4 - self.pos) % size
-
-    def length(self):
-        self.align(4)
-        left = len(self.raw) - self.pos - 4
-        count = struct.unpack_from(self.order + 'I', self.raw, self.pos)[0] if left >= 0 else 0
-        if left < 0 or count > left:      # an element takes at least one byte
-            raise ValueError(f'a message of {len(self.raw)} bytes ends inside a string or '
-                             f'sequence of length {count} at byte {self.pos}')
-        self.lengths.append((self.pos, count))
-        self.pos += 4
-        return count
-
-    def skip(self, base, count):
-        if base in SIZES:
-            if count:
-                self.align(SIZES[base])
-                self.pos += SIZES[base] * count
-        elif base in STRINGS:
-            for _ in range(count):
-                held = self.length()          # first: it moves the position itself
-                self.pos += held * (4 if base == 'wstring' else 1)
-        else:
-            for _ in range(count):
-                for m in self.types[base]:
-                    self.skip(m.base, self.length() if m.count is None else m.count)
-
-    def to(self, steps):
-        """Return the offset at which the last step's member begins."""
-        for step in steps:
-            for m in step.before:
-                self.skip(m.base, self.length() if m.count is None else m.count)
-            count = self.length() if step.member.count is None else step.member.count
-            if step.index >= count:
-                raise ValueError(f'{step.member.name}[{step.index}] does not exist in a message '
-                                 f'whose {step.member.name} has {count} elements')
-            self.skip(step.member.base, step.index)
-        self.align(SIZES.get(steps[-1].member.base, 4))
-        return self.pos
 
 
 class FieldReader:
@@ -190,7 +128,7 @@ class FieldReader:
         return (np.array([s for s, _ in pairs], np.int64) if self.has_stamp else None), values
 
     def _layout_of(self, raw):
-        walk = _Walk(self._types, raw)
+        walk = Walk(self._types, raw)
         offset = walk.to(self._steps)
         size = struct.calcsize(self._code)
         if offset + size > len(raw):
@@ -200,7 +138,7 @@ class FieldReader:
         lengths = list(walk.lengths)
         stamp = None
         if self._stamp_steps is not None:
-            walk = _Walk(self._types, raw)
+            walk = Walk(self._types, raw)
             stamp = walk.to(self._stamp_steps)
             if stamp + 8 > len(raw):
                 raise ValueError(f'a message of {len(raw)} bytes ends before its stamp')

@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ssi_ros.limits import LIMITS
+
 from .cdr import field_reader
 from .read import Bag, open_bag
 from .schema import numeric_fields, short_name
@@ -149,20 +151,23 @@ def read_channels(path, channels=None, progress=None):
 
     def convert(topic):
         logs, raws = waiting[topic]
+        times = np.concatenate(logs) if logs else np.empty(0, np.int64)
         for i, reader in readers[topic]:
             try:
                 stamps, values = reader.read_many(raws)
             except ValueError as error:
                 raise ValueError(f'{topic} in {bag.path}: {error}') from None
-            for part, column in zip(parts[i], (stamps, values, np.array(logs, np.int64))):
+            for part, column in zip(parts[i], (stamps, values, times)):
                 part.append(column)
-        waiting[topic] = ([], [])
+        waiting[topic], held[topic] = ([], []), 0
 
+    held = dict.fromkeys(readers, 0)
     for done, (_, _, found) in enumerate(bag.pieces(topics=list(readers))):
         for topic, (logs, _, raws) in found.items():
-            waiting[topic][0].extend(logs)
+            waiting[topic][0].append(np.array(logs, np.int64))
             waiting[topic][1].extend(raws)
-            if len(waiting[topic][1]) >= _BATCH:
+            held[topic] += sum(map(len, raws))
+            if len(waiting[topic][1]) >= _BATCH or held[topic] > LIMITS.run_bytes:
                 convert(topic)
         if progress is not None:
             progress((done + 1) / len(bag.sources))

@@ -29,7 +29,7 @@ def definition_of(type_name):
         If the type is not installed.
 
     """
-    return _definition(short_name(type_name), _prefixes())
+    return _definition(short_name(type_name), prefixes())
 
 
 def type_hash_of(type_name):
@@ -42,11 +42,13 @@ def type_hash_of(type_name):
         If the type, or its hash (before ROS 2 Iron), is not installed.
 
     """
-    return _type_hash(short_name(type_name), _prefixes())
+    return _type_hash(short_name(type_name), prefixes())
 
 
-def _prefixes():
-    given = [p for p in os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep) if p]
+def prefixes():
+    """Return the folders under which ROS installs packages: AMENT_PREFIX_PATH, this Python."""
+    given = [p for p in os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep)
+             if os.path.isabs(p)]
     return (*given, sys.prefix)
 
 

@@ -122,9 +122,9 @@ class McapFile:
             self._schemas[name] = schema
         return self._schemas[name].id
 
-    def add_channel(self, channel_id, topic, schema_id, metadata):
+    def add_channel(self, channel_id, topic, schema_id, metadata, encoding='cdr'):
         """Add a channel under the given id."""
-        channel = Channel(id=channel_id, topic=topic, message_encoding='cdr',
+        channel = Channel(id=channel_id, topic=topic, message_encoding=encoding,
                           schema_id=schema_id, metadata=metadata)
         self._append(_bytes_of(channel))
         self._channels[channel_id] = channel

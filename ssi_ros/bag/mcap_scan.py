@@ -1,353 +1,282 @@
-"""What is in one MCAP file: from its summary if it was closed, else record by record."""
-from dataclasses import dataclass, field
-from io import BytesIO
+"""
+What is in one MCAP file record by record, whatever befell it.
+
+A record that is not sound is passed over: the next place at which three sound records follow each
+other is where the file goes on. A chunk whose head is damaged is tried with what its lengths, its
+name and its checksum leave possible. Schemas and channels stand in a file twice or more; the copy
+whose checksum is right is believed.
+"""
+from bisect import bisect_right
 import os
+import re
 import struct
-import zlib
 
-import lz4.frame
-from mcap.data_stream import ReadDataStream
-from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.reader import SeekingReader
-from mcap.records import Channel, Metadata, Schema
-from mcap.writer import MCAP0_MAGIC
-import zstandard
 
-from .mcap_file import MESSAGE_HEAD
+from ssi_ros.limits import LIMITS
 
-_HEAD = struct.Struct('<BQ')
-_CHUNK = struct.Struct('<QQQII')     # start, end, uncompressed size, CRC, length of the next word
-_MESSAGE, _DAMAGE = int(Opcode.MESSAGE), (zstandard.ZstdError, RuntimeError, EOFError)
+from .mcap_chunk import checked, DAMAGE, messages_in, Piece, span, well_formed
+from .mcap_contents import check_total, Contents, summary_of
+from .mcap_mend import beginning, is_definition, possible_heads
+from .mcap_records import chunk_head, HEAD, MESSAGE, parse, plausible, PRIVATE, records_in
 
-
-@dataclass(frozen=True)
-class Piece:
-    """A chunk, or a run of messages outside of any: where its bytes are, and its log times."""
-
-    offset: int
-    size: int
-    start_ns: int
-    end_ns: int
-    chunk: bool = True
+_LIKELY = re.compile(rb'[\x01-\x0f].{5}\0\0\0', re.DOTALL)
+_WINDOW = 1 << 20
+_CHAIN = 3                       # sound records that must follow each other after damage
+_TRIALS = 1_000_000              # places that are tried after damage, 5 s, before it is given up
+CHECKED, READABLE, BROKEN = 2, 1, 0            # how far a copy of a schema is to be believed
 
 
-@dataclass
-class Contents:
+def scan(path, limit=None):
     """
-    What one file holds.
+    Return the contents of a file record by record, as far as they are sound.
 
-    Attributes
-    ----------
-    schemas, channels : dict
-        By id: the records of the mcap package.
-    counts : dict
-        Messages of each channel id.
-    pieces : list of Piece
-        In file order.
-    metadata : dict
-        Name -> words to words; the last record of a name.
-    compressions : set of str
-        Of the chunks.
-    sound_bytes, size : int
-        How far the file is sound, and its size [byte].
-    damage : str
-        What is wrong with it; empty for a sound file.
-    salvaged : list of bytes
-        Message records that were got out of a damaged last chunk.
-
-    """
-
-    schemas: dict = field(default_factory=dict)
-    channels: dict = field(default_factory=dict)
-    counts: dict = field(default_factory=dict)
-    pieces: list = field(default_factory=list)
-    metadata: dict = field(default_factory=dict)
-    compressions: set = field(default_factory=set)
-    sound_bytes: int = 0
-    size: int = 0
-    damage: str = ''
-    salvaged: list = field(default_factory=list)
-
-    @property
-    def start_ns(self):
-        """Smallest log time [ns], None without messages."""
-        return min((p.start_ns for p in self.pieces), default=None)
-
-    @property
-    def end_ns(self):
-        """Largest log time [ns], None without messages."""
-        return max((p.end_ns for p in self.pieces), default=None)
-
-
-def check_magic(path):
-    """
-    Say what a file is if it is not MCAP.
-
-    Raises
-    ------
-    ValueError
-        For a file that is empty, a ROS 1 bag or something else.
-
-    """
-    with open(path, 'rb') as f:
-        magic = f.read(13)
-    if not magic:
-        raise ValueError(f'{path} is empty: nothing was ever written to it')
-    if magic.startswith(b'#ROSBAG'):
-        raise ValueError(f'{path} is a ROS 1 bag; convert it first: rosbags-convert '
-                         f'--src {path} --dst NEW_BAG')
-    if not magic.startswith(MCAP0_MAGIC) and not MCAP0_MAGIC.startswith(magic):
-        raise ValueError(f'{path} is not an MCAP file; give the folder of a rosbag2 bag, '
-                         'an .mcap or a .db3')
-
-
-def contents_of(path):
-    """
-    Return the contents of a file that was closed.
-
-    Raises
-    ------
-    ValueError
-        If the file is not MCAP, or was not closed.
-
-    """
-    check_magic(path)
-    size = os.path.getsize(path)
-    with open(path, 'rb') as f:
-        f.seek(max(0, size - 8))
-        if size < 16 or f.read(8) != MCAP0_MAGIC:
-            raise ValueError(f'{path} was cut off: it has no end, as after a crash or a full '
-                             f'disk; run ssi_ros recover {path}')
-        f.seek(0)
-        try:
-            reader = SeekingReader(f)
-            summary = reader.get_summary()
-            metadata = {m.name: m.metadata for m in reader.iter_metadata()} if summary else {}
-        except (McapError, struct.error, UnicodeDecodeError, ValueError) as error:
-            raise ValueError(f'{path} has a damaged summary ({error}); '
-                             f'run ssi_ros recover {path}') from None
-    statistics = summary.statistics if summary else None
-    chunks = summary.chunk_indexes if summary else []
-    if statistics is None or len(chunks) != statistics.chunk_count or (
-            statistics.message_count and not chunks):
-        contents = scan(path)           # a writer may leave the summary, or the chunks, out
-        if contents.damage:
-            raise ValueError(f'{path}: {contents.damage}; run ssi_ros recover {path}')
-        return contents
-    chunks = sorted(chunks, key=lambda c: c.chunk_start_offset)
-    return Contents(
-        schemas=summary.schemas, channels=summary.channels, metadata=metadata,
-        counts=dict(statistics.channel_message_counts), size=size, sound_bytes=size,
-        pieces=[Piece(c.chunk_start_offset + 9, c.chunk_length - 9, c.message_start_time,
-                      c.message_end_time) for c in chunks],
-        compressions={c.compression for c in chunks})
-
-
-def load(file, piece, path=''):
-    """
-    Return the message, schema and channel records of a piece, decompressed.
-
-    Raises
-    ------
-    ValueError
-        If the chunk does not decompress, or its checksum is wrong.
-
-    """
-    file.seek(piece.offset)
-    body = file.read(piece.size)
-    if not piece.chunk:
-        return body
-    _, _, size, crc, word = _CHUNK.unpack_from(body)
-    at = _CHUNK.size + word
-    compression, packed = body[_CHUNK.size:at].decode(), memoryview(body)[at + 8:]
-    try:
-        records = unpack(compression, packed, size)
-    except _DAMAGE as error:
-        raise ValueError(f'{path}: the chunk at byte {piece.offset} does not decompress ({error})'
-                         f'; run ssi_ros recover {path}') from None
-    if len(records) != size or (crc and zlib.crc32(records) != crc):
-        raise ValueError(f'{path}: the chunk at byte {piece.offset} is damaged (its checksum is '
-                         f'wrong); run ssi_ros recover {path}')
-    return records
-
-
-def unpack(compression, packed, size):
-    """Return the records of a chunk; ValueError for a compression that is not of MCAP."""
-    if compression == 'zstd':
-        return zstandard.ZstdDecompressor().decompress(packed, max_output_size=size)
-    if compression == 'lz4':
-        return lz4.frame.decompress(packed)
-    if compression == '':
-        return bytes(packed)
-    raise ValueError(f'chunks are compressed as {compression!r}; zstd, lz4 or none is needed')
-
-
-def messages_in(records, wanted=None):
-    """
-    Return the messages of a piece by channel id.
+    A chunk that cannot be read is left out; of a last chunk that is cut, the messages before the
+    cut are salvaged. Never raises for a damaged file; `damage` says what was wrong.
 
     Parameters
     ----------
-    records : bytes
-        Records one behind the other.
-    wanted : container of int, optional
-        Channel ids to return; all if not given.
-
-    Returns
-    -------
-    dict
-        Channel id -> (log times [ns], publish times [ns], CDR bytes), three lists.
+    path : Path
+        The file.
+    limit : int, optional
+        Largest chunk [byte]; that of LIMITS if not given.
 
     """
-    found, columns = {}, {}
-    at, end = 0, len(records)
-    unpack_message, unpack_head = MESSAGE_HEAD.unpack_from, _HEAD.unpack_from
-    while at + 9 <= end:
-        if records[at] != _MESSAGE:
-            at += 9 + unpack_head(records, at)[1]
-            continue
-        if at + 31 > end:
-            break
-        _, length, channel, _, log, publish = unpack_message(records, at)
-        stop = at + 9 + length
-        if stop > end:
-            break
-        add = columns.get(channel)
-        if add is None:
-            lists = ([], [], [])
-            if wanted is None or channel in wanted:
-                found[channel] = lists
-                add = columns[channel] = tuple(c.append for c in lists)
-            else:
-                add = columns[channel] = ()
-        if add:
-            add[0](log)
-            add[1](publish)
-            add[2](records[at + 31:stop])
-        at = stop
-    return found
-
-
-def scan(path):
-    """
-    Return the contents of a file record by record, as far as it is sound.
-
-    A chunk that does not decompress is left out; of a last chunk that is cut, the messages
-    before the cut are salvaged. Never raises for a damaged file; `damage` says what was wrong.
-    """
-    check_magic(path)
-    contents = Contents(size=os.path.getsize(path), sound_bytes=min(8, os.path.getsize(path)))
-    broken = 0
     with open(path, 'rb') as f:
+        return _Scan(f, os.path.getsize(path), limit).run()
+
+
+class _Scan:
+    """A walk through one file."""
+
+    def __init__(self, file, size, limit):
+        self.file, self.size, self.limit = file, size, limit or LIMITS.chunk_bytes
+        self.contents, self.doubtful = Contents(size=size), Contents()
+        self.beliefs = {}                  # (kind, id) -> how far its record is believed
+        self.skipped, self.broken, self.unpacked, self.trials = [], [], 0, 0
+        self.regained = 0                  # bytes of what was skipped that the index gave back
+        self.why, self.reason, self.indexed, self.end = '', '', [], size
+
+    def run(self):
+        """Return what the file holds."""
+        summary = self._summary()
         at = 8
-        while True:
-            f.seek(at)
-            head = f.read(9)
-            if len(head) < 9:
-                contents.damage = 'the file was cut off and has no end'
-                break
-            opcode, length = _HEAD.unpack(head)
-            if not 1 <= opcode <= 0x0F and opcode < 0x80 or length > 1 << 40:
-                contents.damage = f'at byte {at} there is no MCAP record'
-                break
-            if at + 9 + length > contents.size:
-                contents.damage = f'the file was cut off inside the record at byte {at}'
-                if opcode == Opcode.CHUNK:
-                    _salvage(f, at, contents)
-                break
-            if opcode == Opcode.CHUNK:
-                broken += not _scan_chunk(f, at, length, contents, path)
-            elif opcode == _MESSAGE:
-                _note(f, at, length, contents)
-            else:
-                _learn(opcode, f.read(length), contents)
-            at += 9 + length
-            contents.sound_bytes = at
-            if opcode == Opcode.FOOTER:
-                contents.sound_bytes = contents.size
-                break
-    if broken:
-        contents.damage = (contents.damage and contents.damage + '; ') + \
-            f'{broken} damaged chunks'
-    return contents
+        while at < self.end:
+            behind = self._take(at)
+            at = behind if behind is not None else self._resync(at, at + 1)
+        self._judge_doubtful()
+        self._from_index()
+        if summary is not None and summary.checked and summary.channels:
+            self.contents.schemas = dict(summary.schemas)
+            self.contents.channels = dict(summary.channels)
+        elif summary is not None:
+            for record in (*summary.schemas.values(), *summary.channels.values()):
+                self._believe(record, CHECKED if summary.checked else READABLE)
+        return self._finish()
 
+    def _summary(self):
+        """Return the summary if there is a sound one, and end the walk before it."""
+        try:
+            summary = summary_of(self.file, self.size)
+        except ValueError as error:
+            self.why = f'{error}'.removeprefix('it ')
+            return None
+        if summary is not None:
+            self.end = summary.start
+            self.indexed = [(c.chunk_start_offset, c.chunk_length) for c in summary.indexes]
+        return summary
 
-def _learn(opcode, body, contents):
-    """Keep a schema, a channel or metadata."""
-    stream = ReadDataStream(BytesIO(body))
-    if opcode == Opcode.SCHEMA:
-        schema = Schema.read(stream)
-        contents.schemas[schema.id] = schema
-    elif opcode == Opcode.CHANNEL:
-        channel = Channel.read(stream)
-        contents.channels[channel.id] = channel
-    elif opcode == Opcode.METADATA:
-        metadata = Metadata.read(stream)
-        contents.metadata[metadata.name] = metadata.metadata
+    def _take(self, at):
+        """Take the record at an offset; return the offset behind it, None if it is not sound."""
+        behind = plausible(self.file, at, self.size)
+        self.file.seek(at)
+        opcode, length = HEAD.unpack(self.file.read(9).ljust(9, b'\0'))
+        if behind is None or opcode == Opcode.CHUNK:
+            return self._chunk(at, length, behind)
+        if opcode >= PRIVATE:              # one bit makes it of a chunk
+            return self._chunk(at, length, None) or behind
+        if opcode == MESSAGE:
+            self._note(at, length)
+        elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.METADATA):
+            self._learn(opcode, self.file.read(length), READABLE)
+        elif opcode == Opcode.FOOTER:
+            return self.size
+        return behind
 
+    def _chunk(self, at, length, behind):
+        """Take a chunk as it stands or as it can be mended; else pass over it."""
+        reason = ''
+        for head in possible_heads(self.file, at, length):
+            if head.stop > self.size:
+                continue
+            try:
+                records = self._records(head)
+            except ValueError as error:
+                reason = reason or f'{error}'
+                continue
+            if records or behind is not None:
+                self._keep(at, head, records)
+                return head.stop
+        if behind is None:
+            return self._cut(at, length)
+        self.broken.append((at, behind))
+        self.reason = self.reason or reason
+        return behind
 
-def _learn_from(records, contents):
-    """Keep a chunk's schemas and channels, count its messages, and return their log times."""
-    at = 0
-    while at + 9 <= len(records):
-        opcode, length = _HEAD.unpack_from(records, at)
-        if opcode != _MESSAGE and at + 9 + length <= len(records):
-            _learn(opcode, records[at + 9:at + 9 + length], contents)
-        at += 9 + length
-    logs = []
-    for channel, (times, _, _) in messages_in(records).items():
-        contents.counts[channel] = contents.counts.get(channel, 0) + len(times)
-        logs += times
-    return logs
+    def _records(self, head):
+        """Return the records of a chunk that is sound; ValueError for one that is not."""
+        cost = self.limit if head.size is None else min(head.size, self.limit)
+        check_total(self.unpacked + cost, self.size)
+        self.unpacked += cost
+        records = checked(self.file, head, self.limit)
+        self.unpacked += len(records) - cost
+        if not head.crc:                   # only its own times vouch for it
+            if not well_formed(records):
+                raise ValueError('its records do not follow each other')
+            for times, _, _ in messages_in(records, most=0).values():
+                first, last = span(times)
+                if not head.start_ns <= first <= last <= head.end_ns:
+                    raise ValueError('its messages have other log times than it declares')
+        return records
 
+    def _keep(self, at, head, records):
+        logs = self._learn_from(records, CHECKED if head.crc else READABLE)
+        size = head.stop - at - 9
+        self.contents.unchecked += not head.crc
+        if logs:
+            self.contents.pieces.append(Piece(at + 9, size, min(logs), max(logs), True, head))
+        self.contents.compressions.add(head.compression)
 
-def _scan_chunk(f, at, length, contents, path):
-    piece = Piece(at + 9, length, 0, 0)
-    try:
-        records = load(f, piece, path)
-    except (ValueError, struct.error):
-        return False
-    logs = _learn_from(records, contents)
-    if logs:
-        contents.pieces.append(Piece(at + 9, length, min(logs), max(logs)))
-    f.seek(at + 9 + _CHUNK.size - 4)
-    word = struct.unpack('<I', f.read(4))[0]
-    contents.compressions.add(f.read(word).decode())
-    return True
+    def _learn_from(self, records, belief):
+        """Keep a chunk's schemas and channels, count its messages, and return their log times."""
+        try:
+            for opcode, start, stop in records_in(records):
+                if opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
+                    self._learn(opcode, records[start:stop], belief)
+        except ValueError:
+            pass                          # a salvaged part ends inside a record
+        logs = []
+        for channel, (times, _, _) in messages_in(records, most=0, strict=False).items():
+            counts = self.contents.counts
+            counts[channel] = counts.get(channel, 0) + len(times)
+            logs += span(times)
+        return logs
 
-
-def _note(f, at, length, contents):
-    """Count a message outside of any chunk, and lengthen the run it belongs to."""
-    channel, _, log, _ = struct.unpack('<HIQQ', f.read(22))
-    contents.counts[channel] = contents.counts.get(channel, 0) + 1
-    contents.compressions.add('')
-    last = contents.pieces[-1] if contents.pieces else None
-    if last is not None and not last.chunk and last.offset + last.size == at:
-        contents.pieces[-1] = Piece(last.offset, last.size + 9 + length, min(last.start_ns, log),
-                                    max(last.end_ns, log), False)
-    else:
-        contents.pieces.append(Piece(at, 9 + length, log, log, False))
-
-
-def _salvage(f, at, contents):
-    """Take the whole messages out of the part of a chunk that is there."""
-    f.seek(at + 9)
-    body = f.read()
-    if len(body) < _CHUNK.size:
-        return
-    word = _CHUNK.unpack_from(body)[4]
-    start = _CHUNK.size + word
-    packed = body[start + 8:]
-    try:
-        compression = body[_CHUNK.size:start].decode()
-        if compression == 'zstd':
-            records = zstandard.ZstdDecompressor().decompressobj().decompress(packed)
-        elif compression == 'lz4':
-            records = lz4.frame.LZ4FrameDecompressor().decompress(packed)
+    def _learn(self, opcode, body, belief):
+        try:
+            record = parse(opcode, bytes(body))
+        except ValueError:
+            return
+        if opcode == Opcode.METADATA:
+            self.contents.metadata[record.name] = record.metadata
         else:
-            records = packed
-        _learn_from(records, contents)
-    except (*_DAMAGE, UnicodeDecodeError):
-        return
-    contents.salvaged.append(records)
+            self._believe(record, belief)
+
+    def _believe(self, record, belief):
+        """Keep the copy of a schema or channel that is to be believed the most."""
+        schema = hasattr(record, 'encoding')
+        if belief == READABLE and not (is_definition(record) if schema else
+                                       record.topic.isprintable() and record.topic):
+            belief = BROKEN
+        key = (schema, record.id)
+        if belief > self.beliefs.get(key, -1):
+            self.beliefs[key] = belief
+            (self.contents.schemas if schema else self.contents.channels)[record.id] = record
+
+    def _note(self, at, length):
+        """Count a message outside of any chunk, and lengthen the run it belongs to."""
+        channel, _, log, _ = struct.unpack('<HIQQ', self.file.read(22))
+        contents = self.doubtful if self.skipped else self.contents
+        contents.counts[channel] = contents.counts.get(channel, 0) + 1
+        contents.compressions.add('')
+        last = contents.pieces[-1] if contents.pieces else None
+        if (last is not None and not last.chunk and last.offset + last.size == at
+                and last.size + length <= LIMITS.run_bytes):
+            contents.pieces[-1] = Piece(last.offset, last.size + 9 + length,
+                                        min(last.start_ns, log), max(last.end_ns, log), False)
+        else:
+            contents.pieces.append(Piece(at, 9 + length, log, log, False))
+
+    def _judge_doubtful(self):
+        """
+        Take the messages that were found outside of chunks behind damage, or leave them out.
+
+        In a file that has chunks they lay in one whose head is gone: no checksum vouches for them.
+        """
+        if self.broken or self.indexed or any(p.chunk for p in self.contents.pieces):
+            self.skipped += [(p.offset, p.offset + p.size) for p in self.doubtful.pieces]
+            return
+        for channel, count in self.doubtful.counts.items():
+            self.contents.counts[channel] = self.contents.counts.get(channel, 0) + count
+        self.contents.pieces += self.doubtful.pieces
+        self.contents.compressions |= self.doubtful.compressions
+
+    def _resync(self, bad, at):
+        """Return where sound records go on after damage at `bad`; the end if nowhere."""
+        while at < self.end:
+            self.file.seek(at)
+            window = self.file.read(_WINDOW + 9)
+            for match in _LIKELY.finditer(window):
+                if match.start() >= _WINDOW or self.trials > _TRIALS:
+                    break
+                self.trials += 1
+                if self._chain(at + match.start()):
+                    self.skipped.append((bad, at + match.start()))
+                    return at + match.start()
+            at += _WINDOW
+        self.skipped.append((bad, self.end))
+        return self.end
+
+    def _chain(self, at):
+        for _ in range(_CHAIN):
+            behind = plausible(self.file, at, self.size)
+            if behind is None:
+                return False
+            if behind >= self.end or self.size - behind < 9:
+                return True
+            at = behind
+        return True
+
+    def _from_index(self):
+        """Take the chunks of a sound index that the walk has passed over."""
+        known = {p.offset - 9 for p in self.contents.pieces} | {at for at, _ in self.broken}
+        skipped = sorted(self.skipped)
+        for at, length in self.indexed:
+            if at in known or at + length > self.size:
+                continue
+            behind = self._chunk(at, length - 9, None)
+            i = bisect_right(skipped, (at, self.size)) - 1
+            if behind is not None and i >= 0 and behind <= skipped[i][1]:
+                self.regained += behind - at
+        self.contents.pieces.sort(key=lambda p: p.offset)
+
+    def _cut(self, at, length):
+        """Take the whole messages out of a chunk that the file ends in; None for another."""
+        if at + 9 + length <= self.size or length > 1 << 40:
+            return None
+        try:
+            head = chunk_head(self.file, at + 9, length)
+            self.file.seek(head.data_at)
+            records = beginning(head.compression, self.file.read(self.limit), self.limit)
+        except (*DAMAGE, ValueError):
+            return None
+        if self._learn_from(records, READABLE):
+            self.contents.salvaged.append(records)
+        self.skipped.append((at, self.size))
+        return self.size
+
+    def _finish(self):
+        contents = self.contents
+        contents.unchecked += sum(not p.chunk for p in contents.pieces)
+        words = [self.why] if self.why else []
+        if self.skipped:
+            words.append(f'{len(self.skipped)} damaged part(s) from byte {self.skipped[0][0]} on')
+        if self.broken:
+            words.append(f'{len(self.broken)} damaged chunk(s): {self.reason}')
+        unknown = sum(n for c, n in contents.counts.items() if c not in contents.channels)
+        if unknown:
+            words.append(f'{unknown} messages of channels that nothing declares')
+        contents.damage = '; '.join(words)
+        contents.dropped_bytes = sum(b - a for a, b in (*self.skipped, *self.broken)) \
+            - self.regained
+        return contents

@@ -55,7 +55,7 @@ def schedule(bag, *, rate=1.0, topics=None, start_s=0.0, duration_s=0.0, loop=Fa
                          f'{(bag.end_ns - bag.start_ns) / _S:g} s long')
     last = min(end - 1, bag.end_ns)
     # A period of the fastest topic parts two passes, so that its grid goes on.
-    gap = (bag.end_ns - bag.start_ns) // max(1, max(counts) - 1)
+    gap = (bag.end_ns - bag.start_ns) // max(1, max(counts, default=1) - 1)
     length = max(end - first if duration_s and end <= bag.end_ns else last - first + gap, 1)
     passes = itertools.count() if loop else (0,)
     shifters = {t.name: stamp_shifter(t.type, t.definition) for t in bag.topics
@@ -98,10 +98,16 @@ def stamp_shifter(type_name, definition_text):
 
 
 def shift_first_stamp(raw, by_ns):
-    """Return a CDR message whose first 8 bytes, a time, are moved on by `by_ns`."""
+    """
+    Return a CDR message whose first 8 bytes, a time, are moved on by `by_ns`.
+
+    One that is too short to hold it, or whose time would leave those of ROS, stays as it is.
+    """
+    if len(raw) < 12:
+        return raw
     form = struct.Struct('<iI' if raw[1] else '>iI')
     sec, nanosec = form.unpack_from(raw, 4)
     if not (sec or nanosec):
         return raw
     moved = divmod(sec * _S + nanosec + by_ns, _S)
-    return raw[:4] + form.pack(*moved) + raw[12:]
+    return raw[:4] + form.pack(*moved) + raw[12:] if moved[0] < 2 ** 31 else raw

@@ -1,15 +1,19 @@
 """Open a bag and read its messages: rosbag2 or a foreign .mcap, split, compressed."""
+from collections import Counter
 from dataclasses import dataclass, field, replace
 from operator import itemgetter
 from pathlib import Path
-import re
 from typing import NamedTuple
 
-import yaml
+from ssi_ros.limits import LIMITS
 
-from .layout import ROOT, Topic
-from .mcap_scan import contents_of, load, messages_in
+from .layout import Topic
+from .mcap_chunk import load, messages_in, span
+from .mcap_contents import contents_of
+from .metadata import path_of, profiles_in, read_metadata
 from .sqlite_bag import open_sqlite
+
+_OF_A_MESSAGE = 200            # bytes that a message takes beside its own
 
 
 class Message(NamedTuple):
@@ -40,8 +44,11 @@ class Bag:
         Of its chunks: 'zstd', 'lz4', 'none'.
     custom_data : dict
         Words to words, from metadata.yaml.
+    warnings : tuple of str
+        What of metadata.yaml was not believed.
     sources : tuple
-        (start_ns, end_ns, load) of each piece: load(topics) -> {topic: three lists}.
+        (start_ns, end_ns, load) of each piece: load(topics, most) -> {topic: log and publish
+        times, CDR bytes}, of each message at most `most` bytes.
 
     """
 
@@ -52,6 +59,7 @@ class Bag:
     end_ns: int
     compressions: tuple = ()
     custom_data: dict = field(default_factory=dict)
+    warnings: tuple = ()
     sources: tuple = field(default=(), repr=False)
 
     @property
@@ -67,12 +75,29 @@ class Bag:
         raise ValueError(f'{self.path} has no topic {name}; it has '
                          + (', '.join(f'{t.name} ({t.type})' for t in self.topics) or 'none'))
 
-    def pieces(self, topics=None, start_ns=None, end_ns=None):
-        """Yield (start_ns, end_ns, {topic: (log, publish, raw) lists}), not sorted inside."""
-        wanted = {self.topic(t).name for t in topics} if topics is not None else None
+    def pieces(self, topics=None, start_ns=None, end_ns=None, most=None):
+        """
+        Yield (start_ns, end_ns, {topic: (log, publish, raw)}), not sorted inside.
+
+        Raises
+        ------
+        ValueError
+            If a piece is damaged, or, where all were read, not as many messages are there as the
+            bag declares.
+
+        """
+        chosen = [self.topic(t) for t in topics] if topics is not None else self.topics
+        wanted = {t.name for t in chosen} if topics is not None else None
+        held = Counter()
         for first, last, read in sorted(self.sources, key=itemgetter(0, 1)):
             if (start_ns is None or last >= start_ns) and (end_ns is None or first < end_ns):
-                yield first, last, read(wanted)
+                found = read(wanted, most)
+                held.update({name: len(columns[0]) for name, columns in found.items()})
+                yield first, last, found
+        for topic in chosen if start_ns is None and end_ns is None else ():
+            if held[topic.name] != topic.count:
+                raise ValueError(f'{self.path} declares {topic.count} messages of {topic.name} '
+                                 f'and holds {held[topic.name]}; run ssi_ros recover {self.path}')
 
     def messages(self, topics=None, start_ns=None, end_ns=None):
         """
@@ -98,10 +123,15 @@ class Bag:
                         if (start_ns is None or log >= start_ns)
                         and (end_ns is None or log < end_ns)]
             waiting.sort(key=itemgetter(1))
+            held = sum(len(m.raw) + _OF_A_MESSAGE for m in waiting)
+            if held > LIMITS.waiting_bytes:
+                raise ValueError(f'{self.path}: its chunks overlap in log time, so that more than '
+                                 f'{LIMITS.waiting_bytes} bytes of messages would wait for '
+                                 'older ones; sort it first (ros2 bag convert)')
         yield from waiting
 
 
-def open_bag(path):
+def open_bag(path, largest_chunk=None):
     """
     Open a bag.
 
@@ -109,6 +139,8 @@ def open_bag(path):
     ----------
     path : str or Path
         Folder of a rosbag2 bag (MCAP or SQLite), one of its files, or any .mcap.
+    largest_chunk : int, optional
+        Largest chunk that is read [byte]; that of LIMITS if not given.
 
     Returns
     -------
@@ -117,84 +149,36 @@ def open_bag(path):
     Raises
     ------
     ValueError
-        If there is no bag, or it was cut off, is damaged or foreign; says what to do.
+        If there is no bag, or it was cut off, is damaged, foreign or larger than the limits;
+        says what to do.
 
     """
-    path = Path(path)
-    files, information = _files_of(path)
-    if files[0].suffix == '.db3':
-        topics, sources = open_sqlite(files)
+    path = path_of(path)
+    metadata = read_metadata(path)
+    if metadata.files[0].suffix == '.db3':
+        topics, sources = open_sqlite(metadata.files)
         compressions = {'none'}
     else:
-        topics, sources, compressions = _open_mcap(files)
-    known = {t['topic_metadata']['name']: t['topic_metadata']
-             for t in information.get('topics_with_message_count') or ()}
-    topics = tuple(_completed(t, known.get(t.name, {})) for t in topics)
-    return Bag(path, tuple(files), topics, min((s[0] for s in sources), default=0),
+        topics, sources, compressions = _open_mcap(metadata.files, largest_chunk)
+    # metadata.yaml fills in what a file's channel leaves out
+    topics = tuple(replace(t, qos=t.qos or metadata.qos.get(t.name, ()),
+                           type_hash=t.type_hash or metadata.hashes.get(t.name, ''))
+                   for t in topics)
+    return Bag(path, metadata.files, topics, min((s[0] for s in sources), default=0),
                max((s[1] for s in sources), default=0), tuple(sorted(compressions)),
-               information.get('custom_data') or {}, tuple(sources))
+               metadata.custom_data, metadata.warnings, tuple(sources))
 
 
-def _completed(topic, known):
-    """Fill in from metadata.yaml what a file's channel does not tell."""
-    qos = known.get('offered_qos_profiles')
-    qos = yaml.safe_load(qos) if isinstance(qos, str) else qos
-    return replace(topic, qos=topic.qos or tuple(qos or ()),
-                   type_hash=topic.type_hash or known.get('type_description_hash', ''))
-
-
-def _files_of(path):
-    """Return the files of a bag in order, and what its metadata.yaml says."""
-    if not path.exists():
-        raise ValueError(f'{path} does not exist; give the folder of a bag, or its .mcap')
-    if path.is_file():
-        return [path], {}
-    metadata = path / 'metadata.yaml'
-    if metadata.is_file():
-        try:
-            information = yaml.safe_load(metadata.read_text())[ROOT]
-            names = information['relative_file_paths']
-        except (yaml.YAMLError, KeyError, TypeError, UnicodeDecodeError):
-            raise ValueError(f'{metadata} is not that of a rosbag2 bag; '
-                             f'run ssi_ros recover {path}') from None
-        files = [path / name for name in names]
-        missing = [f.name for f in files if not f.is_file()]
-        if missing or not files:
-            raise ValueError(f'{path} lacks the file {", ".join(missing) or "of its messages"} '
-                             'that its metadata.yaml names; restore it, or run ssi_ros recover '
-                             f'{path} for the rest')
-        mode = (information.get('compression_mode') or 'none').lower()
-        if mode in ('file', 'message'):
-            raise ValueError(f'{path} was compressed by rosbag2 {mode} by {mode}; convert it to '
-                             'plain MCAP first (ros2 bag convert)')
-        return files, information
-    files = loose_files(path)
-    if not files:
-        raise ValueError(f'{path} is not a bag: it has no metadata.yaml, .mcap or .db3')
-    return files, {}
-
-
-def loose_files(folder):
-    """Return the .mcap (or else .db3) files of a folder, NAME_2 before NAME_10."""
-    def number(path):
-        return [int(w) if w.isdigit() else w for w in re.split(r'(\d+)', path.name)]
-    for suffix in ('*.mcap', '*.db3'):
-        files = sorted(folder.glob(suffix), key=number)
-        if files:
-            return files
-    return []
-
-
-def _open_mcap(files):
+def _open_mcap(files, limit):
     topics, sources, compressions = {}, [], set()
     for path in files:
-        contents = contents_of(path)
+        contents = contents_of(path, limit)
         found = topics_of(contents, path)
         for topic in found.values():
             merge(topics, topic, path)
         names = {c: t.name for c, t in found.items()}
         for piece in contents.pieces:
-            sources.append((piece.start_ns, piece.end_ns, _loader(path, piece, names)))
+            sources.append((piece.start_ns, piece.end_ns, _loader(path, piece, names, limit)))
         compressions |= {c or 'none' for c in contents.compressions}
     return topics.values(), sources, compressions
 
@@ -202,6 +186,8 @@ def _open_mcap(files):
 def merge(topics, topic, path):
     """Add a topic, or its count to the one of that name."""
     had = topics.get(topic.name)
+    if len(topics) > LIMITS.topics:
+        raise ValueError(f'{path} has more than {LIMITS.topics} topics, the most that are read')
     if had is not None and had.type != topic.type:
         raise ValueError(f'{path}: topic {topic.name} has two types, {had.type} and {topic.type};'
                          ' split the bag by type first')
@@ -213,34 +199,40 @@ def topics_of(contents, path):
     topics = {}
     for channel in contents.channels.values():
         schema = contents.schemas.get(channel.schema_id)
-        qos = channel.metadata.get('offered_qos_profiles', '')
-        try:
-            qos = yaml.safe_load(qos) or ()
-        except yaml.YAMLError:
-            qos = ()
         known = schema is not None and schema.encoding == 'ros2msg'
         name = schema.name if schema is not None else ''
         if known and name.count('/') == 1:            # foreign writers leave out the /msg
             name = name.replace('/', '/msg/')
         topics[channel.id] = Topic(
-            channel.topic, name or 'unknown', tuple(qos) if isinstance(qos, list) else (),
+            channel.topic, name or 'unknown',
+            profiles_in(channel.metadata.get('offered_qos_profiles', '')),
             schema.data.decode(errors='replace') if known else '',
             channel.metadata.get('topic_type_hash', ''), channel.message_encoding,
             contents.counts.get(channel.id, 0))
     return topics
 
 
-def _loader(path, piece, names):
-    def read(wanted):
+def _loader(path, piece, names, limit):
+    def read(wanted, most=None):
         ids = None if wanted is None else {c for c, n in names.items() if n in wanted}
         with open(path, 'rb') as f:
-            records = load(f, piece, path)
+            records = load(f, piece, path, limit)
         found = {}
-        for channel, columns in messages_in(records, ids).items():
+        try:
+            messages = messages_in(records, ids, most)
+        except ValueError as error:
+            raise ValueError(f'{path}: the piece at byte {piece.offset} is damaged: {error}; '
+                             f'run ssi_ros recover {path}') from None
+        for channel, columns in messages.items():
             name = names.get(channel)
             if name is None:
                 raise ValueError(f'{path} has messages of channel {channel}, which it does not '
                                  f'declare; run ssi_ros recover {path}')
+            first, last = span(columns[0])
+            if not piece.start_ns <= first <= last <= piece.end_ns:
+                raise ValueError(f'{path} has messages in the piece at byte {piece.offset} whose '
+                                 'log times are not those of its index; run ssi_ros recover '
+                                 f'{path}')
             if name in found:                        # two publishers on one topic
                 columns = tuple(a + b for a, b in zip(found[name], columns))
             found[name] = columns

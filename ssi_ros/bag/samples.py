@@ -1,14 +1,12 @@
 """Write sampled channels as accelerometer topics, a whole chunk of messages at a time."""
-import re
-
 import numpy as np
 
 from .layout import SENSOR
 from .mcap_file import Block, CHUNK_BYTES
+from .names import check_topic
 from .writer import BagWriter
 
 TYPE, FIELD = 'geometry_msgs/msg/AccelStamped', 'accel.linear.z'
-_TOPIC = re.compile(r'(/[A-Za-z_]\w*)+')
 
 
 def write_samples(path, samples, *, topics=None, frame_ids=None, extra=None, progress=None):
@@ -64,9 +62,7 @@ def _check(samples, topics, frames):
             raise ValueError(f'{len(given)} {name} were given for {len(samples.channels)} '
                              'channels: one a channel is needed')
     for topic in topics:
-        if not _TOPIC.fullmatch(topic):
-            raise ValueError(f'{topic!r} is not a topic name: /words of letters, digits and _, '
-                             'none beginning with a digit; rename the channel or give topics')
+        check_topic(topic)
     if len(set(topics)) != len(topics):
         raise ValueError(f'topics {", ".join(topics)} are not all different')
     if len(samples.values):

@@ -2,6 +2,9 @@
 from dataclasses import dataclass
 import re
 
+from ssi_ros.limits import LIMITS
+
+
 # Bytes of each primitive in CDR; each is aligned to its own size.
 SIZES = {'bool': 1, 'byte': 1, 'char': 1, 'int8': 1, 'uint8': 1, 'int16': 2, 'uint16': 2,
          'int32': 4, 'uint32': 4, 'int64': 8, 'uint64': 8, 'float32': 4, 'float64': 8}
@@ -11,6 +14,9 @@ TIME, HEADER = 'builtin_interfaces/Time', 'std_msgs/Header'
 _SEPARATOR = re.compile(r'^={80}\n+MSG: *(\S+)[^\n]*\n?', re.MULTILINE)
 _MEMBER = re.compile(r'^(?P<base>[A-Za-z][\w/]*)(?:<=\d+)?(?:\[(?P<count><?=?\d*)\])?\s+'
                      r'(?P<name>[A-Za-z]\w*)(?P<rest>\s*=.*|\s+.*)?$')
+
+
+_MOST_ELEMENTS = 2 ** 31 - 1           # of an array, as rosidl bounds them
 
 
 @dataclass(frozen=True)
@@ -83,6 +89,9 @@ def members_of(text, package):
                 base = HEADER if base == 'Header' else f'{package}/{base}'
             base = short_name(base)
         fixed = count is not None and count.isdigit()
+        if fixed and not 1 <= int(count[:12]) <= _MOST_ELEMENTS:
+            raise ValueError(f'{package}: {match["name"]} has {count[:20]} elements; 1 to '
+                             f'{_MOST_ELEMENTS} are possible')
         members.append(Member(match['name'], base, plain=count is None,
                               count=1 if count is None else int(count) if fixed else None))
     # A structure needs at least one member: rosidl gives an empty message one octet.
@@ -112,10 +121,16 @@ def parse(type_name, text):
 
     """
     root = short_name(type_name)
+    if len(text) > LIMITS.schema_bytes:
+        raise ValueError(f'the definition of {type_name} has {len(text)} characters; '
+                         f'{LIMITS.schema_bytes} are read')
     first, *rest = _SEPARATOR.split(text.replace('\r\n', '\n') + '\n')
     if first.startswith('=' * 80) or re.search(r'^\s*(module|struct)\s', first, re.MULTILINE):
         raise ValueError(f'the definition of {type_name} is not in the ros2msg form (IDL is '
                          'not supported); record it on a machine that has its .msg file')
+    if len(rest) // 2 >= LIMITS.schema_types:
+        raise ValueError(f'the definition of {type_name} holds {len(rest) // 2 + 1} types; '
+                         f'{LIMITS.schema_types} are read')
     types = {root: members_of(first, root.split('/')[0])}
     for name, body in zip(rest[::2], rest[1::2]):
         name = short_name(name)
@@ -125,21 +140,49 @@ def parse(type_name, text):
             if m.base not in SIZES and m.base not in STRINGS and m.base not in types:
                 raise ValueError(f'{name}.{m.name} is a {m.base}, which the definition of '
                                  f'{type_name} does not hold')
+    _check_depth(types, root, type_name)
     return types
+
+
+def _check_depth(types, root, type_name):
+    """Raise ValueError if a type holds itself, or types are nested too deep to be read."""
+    depths = {}                             # of a type; None while it is being visited
+
+    def visit(name, above):
+        if above > LIMITS.schema_depth:
+            raise ValueError(f'the definition of {type_name} is nested deeper than '
+                             f'{LIMITS.schema_depth} types')
+        if name in depths and depths[name] is None:
+            raise ValueError(f'the definition of {type_name} is cyclic: {name} holds itself')
+        if name not in depths:
+            depths[name] = None
+            depths[name] = 1 + max((visit(base, above + 1) for base in
+                                    {m.base for m in types[name]} & set(types)), default=0)
+        if above + depths[name] > LIMITS.schema_depth + 1:
+            raise ValueError(f'the definition of {type_name} is nested deeper than '
+                             f'{LIMITS.schema_depth} types')
+        return depths[name]
+
+    visit(root, 1)
 
 
 def numeric_fields(type_name, text, limit=40):
     """Return the dotted paths of the numeric fields of a type; elements by index 0."""
     types = parse(type_name, text)
-    found = []
+    found, empty = [], set()                # types without a number are visited once
 
-    def visit(name, prefix, depth):
+    def visit(name, prefix):
+        before = len(found)
         for m in types[name]:
+            if len(found) >= limit:
+                return
             path = prefix + m.name + ('' if m.plain else '[0]')
             if m.base in SIZES:
                 found.append(path)
-            elif m.base in types and depth < 12:
-                visit(m.base, path + '.', depth + 1)
+            elif m.base in types and m.base not in empty:
+                visit(m.base, path + '.')
+        if len(found) == before:
+            empty.add(name)
 
-    visit(short_name(type_name), '', 0)
-    return tuple(found[:limit])
+    visit(short_name(type_name), '')
+    return tuple(found)

@@ -1,7 +1,13 @@
 """What is in a bag, as plain data: topics, rates, gaps, size."""
 import numpy as np
 
-_GAP = 1.5            # an interval of so many median ones is a gap: a message or more is missing
+from ssi_ros.limits import LIMITS
+from ssi_ros.quantity import shown
+
+from .intervals import Intervals
+from .play import stamp_shifter
+
+_HEAD = 12            # bytes of a message that hold its encapsulation and its stamp
 
 
 def summarise(bag, progress=None):
@@ -10,7 +16,9 @@ def summarise(bag, progress=None):
 
     Rates and gaps are those of the log times: a topic's median interval gives its rate, and an
     interval of more than 1.5 of it is a gap. Where messages were logged in bunches the mean
-    interval gives the rate, and 1.5 of the longest usual one (99 %) is a gap.
+    interval gives the rate, and 1.5 of the longest usual one (99 %) is a gap. `stamp_gaps` and
+    `stamps_missing` are those of the header stamps, where the type has one that is not 0: a sample
+    that is missing shows there also where messages were logged in bunches.
 
     Parameters
     ----------
@@ -24,10 +32,19 @@ def summarise(bag, progress=None):
     dict
 
     """
-    logs = {t.name: [] for t in bag.topics}
-    for done, (_, _, found) in enumerate(bag.pieces()):
-        for name, (times, _, _) in found.items():
-            logs[name].append(np.array(times, np.int64))
+    logs, stamps = ({t.name: Intervals() for t in bag.topics} for _ in range(2))
+    stamped = {t.name for t in bag.topics if stamp_shifter(t.type, t.definition) is not None}
+    held = 0
+    for done, (_, _, found) in enumerate(bag.pieces(most=_HEAD)):
+        for name, (times, _, raws) in found.items():
+            logs[name].add(np.array(times, np.int64))
+            if name in stamped:
+                stamps[name].add(_stamps(raws))
+            held += 2 * len(times)
+        if held > LIMITS.topic_samples:
+            held = 0
+            for intervals in (*logs.values(), *stamps.values()):
+                intervals.fold()
         if progress is not None:
             progress((done + 1) / len(bag.sources))
     return {
@@ -36,25 +53,19 @@ def summarise(bag, progress=None):
         'compression': list(bag.compressions), 'start_ns': bag.start_ns, 'end_ns': bag.end_ns,
         'duration_s': (bag.end_ns - bag.start_ns) / 1e9, 'messages': bag.message_count,
         'custom_data': dict(bag.custom_data),
+        'warnings': list(bag.warnings),
         'topics': [{'name': t.name, 'type': t.type, 'messages': t.count, 'qos': list(t.qos),
-                    'type_hash': t.type_hash, **_pace(logs[t.name])} for t in bag.topics]}
+                    'type_hash': t.type_hash, **logs[t.name].pace(),
+                    **stamps[t.name].missing()} for t in bag.topics]}
 
 
-def _pace(parts):
-    """Return rate and gaps of a topic's log times; None where there are too few messages."""
-    times = np.sort(np.concatenate(parts)) if parts else np.empty(0, np.int64)
-    steps = np.diff(times)
-    if not len(steps) or times[-1] == times[0]:
-        return {'rate_hz': None, 'gaps': 0, 'longest_gap_s': None, 'longest_gap_at_s': None}
-    median, mean = float(np.median(steps)), float(np.mean(steps))
-    usual = median
-    if median < 0.5 * mean:           # in bunches, as /clock or a busy machine logs them
-        median, usual = mean, max(mean, float(np.quantile(steps, 0.99)))
-    longest = int(steps.argmax())
-    gaps = int((steps > _GAP * usual).sum())
-    return {'rate_hz': 1e9 / median, 'gaps': gaps,
-            'longest_gap_s': steps[longest] / 1e9 if gaps else None,
-            'longest_gap_at_s': (times[longest] - times[0]) / 1e9 if gaps else None}
+def _stamps(raws):
+    """Return the times [ns] that CDR messages begin with; those too short to hold one are not."""
+    raws = [raw for raw in raws if len(raw) == _HEAD]
+    heads = b''.join(raw[4:] for raw in raws)
+    order = '<' if raws and raws[0][1] else '>'
+    time = np.frombuffer(heads, np.dtype([('sec', f'{order}i4'), ('nanosec', f'{order}u4')]))
+    return time['sec'].astype(np.int64) * 1_000_000_000 + time['nanosec']
 
 
 def as_text(summary):
@@ -63,13 +74,17 @@ def as_text(summary):
     lines = [f'{summary["path"]}: {summary["messages"]} messages in {summary["duration_s"]:.2f} s,'
              f' {mib:.2f} MiB in {len(summary["files"])} file(s), compression '
              + (', '.join(summary['compression']) or 'none')]
-    lines += [f'  {k}: {v}' for k, v in summary['custom_data'].items()]
-    width = max((len(t['name']) for t in summary['topics']), default=0)
+    lines += [shown(f'  {k}: {v}') for k, v in summary['custom_data'].items()]
+    names = {t['name']: shown(t['name']) for t in summary['topics']}
+    width = max((len(names[t['name']]) for t in summary['topics']), default=0)
     for t in summary['topics']:
         rate = 'one or no message' if t['rate_hz'] is None else f'{t["rate_hz"]:.6g} Hz'
-        line = f'{t["name"]:<{width}}  {t["type"]}  {t["messages"]} messages  {rate}'
+        line = f'{names[t["name"]]:<{width}}  {shown(t["type"])}  {t["messages"]} messages  {rate}'
         if t['gaps']:
-            line += (f'  {t["gaps"]} gap(s), the longest {t["longest_gap_s"]:.3f} s at '
+            line += (f'  {t["gaps"]} gap(s) by receipt, the longest {t["longest_gap_s"]:.3f} s at '
                      f'{t["longest_gap_at_s"]:.3f} s')
+        if t['stamps_missing']:
+            line += (f'  {t["stamps_missing"]} samples missing by their stamps, in '
+                     f'{t["stamp_gaps"]} gap(s)')
         lines.append(line)
     return '\n'.join(lines)

@@ -1,11 +1,14 @@
 """Samples from a CSV, NPZ or MAT file; what does not fit is told, never mended."""
+from array import array
 import csv
 from pathlib import Path
-import zipfile
 
 import numpy as np
 
+from ssi_ros.limits import LIMITS
 from ssi_ros.records import Samples
+
+from .arrays import arrays_of
 
 _OFF_GRID = 0.1       # of a period: a stamp further off is not of an even grid
 
@@ -50,6 +53,12 @@ def load_table(path, *, rate_hz=None, columns=None, variable=None, time_column=N
 
     """
     path = Path(path)
+    if not (np.isfinite(scale) and scale):
+        raise ValueError(f'scale={scale:g} must be a finite number other than 0, such as 9.80665 '
+                         'for g')
+    if not 0.0 <= start_s < 2 ** 31:
+        raise ValueError(f'start_s={start_s:g} must be 0 to 2147483647 [s], the range of a ROS '
+                         'time')
     if not path.is_file():
         raise ValueError(f'{path} does not exist or is not a file')
     if path.suffix.lower() == '.csv':
@@ -62,6 +71,7 @@ def load_table(path, *, rate_hz=None, columns=None, variable=None, time_column=N
         raise ValueError(f'{path}: {path.suffix or "no suffix"} is not known; '
                          'give a .csv, .npz or .mat')
     names = tuple(names or found)
+    _check_columns(path, values.shape[1])
     if len(names) != values.shape[1]:
         raise ValueError(f'{len(names)} names ({", ".join(names)}) were given for '
                          f'{values.shape[1]} channels of {path}: one a channel is needed')
@@ -74,6 +84,13 @@ def load_table(path, *, rate_hz=None, columns=None, variable=None, time_column=N
         return Samples(values * scale, float(rate_hz), names, round(start_s * 1e9))
     values, rate_hz, start_ns = _on_grid(path, time, values, rate_hz)
     return Samples(values * scale, rate_hz, names, start_ns)
+
+
+def _check_columns(path, count):
+    """Raise ValueError if a table has more columns than a bag may have topics."""
+    if count > LIMITS.table_columns:
+        raise ValueError(f'{path} has {count} columns; {LIMITS.table_columns} are read (a row is '
+                         'one sampling instant: is it transposed?)')
 
 
 def _check(path, values, names):
@@ -89,44 +106,48 @@ def _check(path, values, names):
 
 
 def _csv(path, columns, time_column):
-    with open(path, newline='', encoding='utf-8-sig') as f:
-        try:
-            rows = [(n, r) for n, r in enumerate(csv.reader(f), 1) if r]
-        except (csv.Error, UnicodeDecodeError) as error:
-            raise ValueError(f'{path} is not CSV in UTF-8: {error}') from None
-    if not rows:
+    try:
+        with open(path, newline='', encoding='utf-8-sig') as f:
+            return _rows(path, csv.reader(f), columns, time_column)
+    except (csv.Error, UnicodeDecodeError) as error:
+        raise ValueError(f'{path} is not CSV in UTF-8: {error}') from None
+
+
+def _rows(path, reader, columns, time_column):
+    header = [h.strip() for h in next((r for r in reader if r), ())]
+    if not header:
         raise ValueError(f'{path} is empty; a line of column names and rows are needed')
-    header = [h.strip() for h in rows[0][1]]
+    _check_columns(path, len(header))
     if any(_number(h) is not None for h in header):
         raise ValueError(f'{path}: the first line {",".join(header[:4])} holds numbers; a line '
                          'of column names is needed above them')
     if len(set(header)) != len(header):
         raise ValueError(f'{path} has two columns of one name: {", ".join(header)}')
     chosen = list(columns) if columns else [h for h in header if h != time_column]
-    wanted = chosen + ([time_column] if time_column else [])
-    for name in wanted:
+    for name in chosen + ([time_column] if time_column else []):
         if name not in header:
             raise ValueError(f'{path} has no column {name!r}; it has {", ".join(header)}')
-    places = [header.index(name) for name in wanted]
-    table = np.empty((len(rows) - 1, len(places)))
-    for i, (line, row) in enumerate(rows[1:]):
+    places = [header.index(name) for name in chosen]
+    # Times are kept as words: a float has no room for nanoseconds since 1970.
+    cells, times = array('d'), []
+    for row in reader:
+        if not row:
+            continue
+        line = reader.line_num
         if len(row) != len(header):
             raise ValueError(f'{path}, line {line}: {len(row)} cells, but the header has '
                              f'{len(header)}; rows must not be ragged')
-        for j, place in enumerate(places):
+        for name, place in zip(chosen, places):
             cell = row[place].strip()
             value = float('nan') if not cell else _number(cell)
             if value is None:
-                raise ValueError(f'{path}, line {line}, column {wanted[j]}: {cell!r} is not a '
+                raise ValueError(f'{path}, line {line}, column {name}: {cell!r:.40} is not a '
                                  'number (a missing sample is an empty cell or nan)')
-            table[i, j] = value
-    # Times come once more as integers: a float has no room for nanoseconds since 1970.
-    time = None
-    if time_column:
-        cells = [row[places[-1]] for _, row in rows[1:]]
-        time = _nanoseconds(path, time_column, cells)
-        table = table[:, :-1]
-    return chosen, table, time
+            cells.append(value)
+        if time_column:
+            times.append(row[header.index(time_column)])
+    table = np.frombuffer(cells).reshape(-1, len(places)) if cells else np.empty((0, len(places)))
+    return chosen, table, _nanoseconds(path, time_column, times) if time_column else None
 
 
 def _number(word):
@@ -139,19 +160,31 @@ def _number(word):
 def _nanoseconds(path, name, times):
     if name.endswith('_ns'):
         try:
-            return np.array([int(t) for t in times], np.int64)
+            found = np.array([int(t) for t in times], np.int64)
         except (ValueError, OverflowError):
             raise ValueError(f'{path}: {name} must hold whole numbers of nanoseconds') from None
+        return _in_range(path, name, found)
     seconds = np.array(times, dtype=float) if not isinstance(times, list) else \
         np.array([_number(t) if t.strip() else np.nan for t in times], dtype=float)
     if not np.isfinite(seconds).all():
         raise ValueError(f'{path}: {name} has a time that is missing or not a number; '
                          'every row needs one')
-    return np.rint(seconds * 1e9).astype(np.int64)
+    if np.abs(seconds).max(initial=0.0) > 9e9:
+        raise ValueError(f'{path}: {name} holds {np.abs(seconds).max():g}, which is no time in '
+                         'seconds since 1970; name a column of nanoseconds so that it ends in _ns')
+    return _in_range(path, name, np.rint(seconds * 1e9).astype(np.int64))
+
+
+def _in_range(path, name, times):
+    """Return times [ns] that a message can hold; ValueError for those beyond."""
+    if len(times) and not (0 <= times.min() and times.max() < 2 ** 31 * 10 ** 9):
+        raise ValueError(f'{path}: {name} goes from {times.min()} to {times.max()} ns; ROS knows '
+                         'times from 1970 to 2038')
+    return times
 
 
 def _variables(path, columns, variable, time_column, transpose):
-    held = _load(path)
+    held = arrays_of(path)
     arrays = {k: v for k, v in held.items() if isinstance(v, np.ndarray) and v.size > 1
               and v.dtype.kind in 'fiub' and v.ndim <= 2}
     listing = ', '.join(f'{k} {v.shape}' for k, v in arrays.items()) or 'none'
@@ -191,22 +224,6 @@ def _variables(path, columns, variable, time_column, transpose):
     return names, values, time
 
 
-def _load(path):
-    from scipy.io import loadmat, matlab      # here, for it takes a while and CSV needs none
-
-    try:
-        if path.suffix.lower() == '.npz':
-            with np.load(path, allow_pickle=False) as f:
-                return {k: f[k] for k in f.files}
-        return {k: v for k, v in loadmat(path).items() if not k.startswith('__')}
-    except NotImplementedError:
-        raise ValueError(f"{path} is a MAT file of version 7.3 (HDF5); save it with '-v7'"
-                         ) from None
-    except (ValueError, TypeError, OSError, EOFError, zipfile.BadZipFile,
-            matlab.MatReadError) as error:
-        raise ValueError(f'{path} cannot be read as {path.suffix}: {error}') from None
-
-
 def _on_grid(path, time, values, rate_hz):
     """Return the values on the even grid of their times, its rate [Hz] and its start [ns]."""
     if len(time) != len(values):
@@ -217,6 +234,10 @@ def _on_grid(path, time, values, rate_hz):
                          'rise; sort the rows and leave out doubles')
     period = 1e9 / rate_hz if rate_hz else float(np.median(steps))
     since = (time - time[0]).astype(float)
+    if since[-1] / period > max(LIMITS.gap_numbers, LIMITS.sparse * len(time)) / values.shape[1]:
+        raise ValueError(f'{path}: {len(time)} rows would be spread over {since[-1] / period:.3g} '
+                         f'of {1e9 / period:.6g} Hz; cut the file where the times jump, or give '
+                         'rate_hz')
     if not rate_hz:
         # the slope over counted periods: a median of rounded steps would drift
         counts = np.rint(since / period)

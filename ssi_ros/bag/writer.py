@@ -88,7 +88,8 @@ class BagWriter:
 
     # The caller's side ----------------------------------------------------------------------
 
-    def add_topic(self, name, type_name, qos=None, *, definition=None, type_hash=None):
+    def add_topic(self, name, type_name, qos=None, *, definition=None, type_hash=None,
+                  encoding='cdr'):
         """
         Add a topic before its first message.
 
@@ -100,6 +101,8 @@ class BagWriter:
             What its publishers offer.
         definition, type_hash : str, optional
             Of the type; taken from the installed one if not given.
+        encoding : str
+            How its messages are serialised.
 
         Raises
         ------
@@ -112,7 +115,7 @@ class BagWriter:
                              f'{self.topics[name].type}')
         topic = Topic(name, type_name, tuple(profiles_of(qos)),
                       definition_of(type_name) if definition is None else definition,
-                      type_hash_of(type_name) if type_hash is None else type_hash)
+                      type_hash_of(type_name) if type_hash is None else type_hash, encoding)
         with self._lock:
             self._check()
             self._ids[name] = len(self._ids) + 1
@@ -297,7 +300,7 @@ class BagWriter:
     def _register(self, topic):
         schema = self._file.add_schema(topic.type, topic.definition)
         self._file.add_channel(self._ids[topic.name], topic.name, schema,
-                               channel_metadata(topic))
+                               channel_metadata(topic), topic.encoding)
         self._registered.append(topic)
 
     def _close_file(self):
