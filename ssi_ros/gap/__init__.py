@@ -1,1 +1,1 @@
-"""The gap between simulator and recording: where it lies, which effect causes it, what is left."""
+"""The gap between simulator and recording: where it lies, which effect causes it, what remains."""

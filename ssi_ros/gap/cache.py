@@ -5,6 +5,7 @@ The key is made of the numbers of the model and of the source of everything that
 by, so that a changed effect never meets an old file. The folder is `$XDG_CACHE_HOME/ssi_ros`, or
 `~/.cache/ssi_ros`; deleting it costs some seconds, no more.
 """
+from functools import lru_cache
 import hashlib
 import inspect
 import os
@@ -16,10 +17,15 @@ import numpy as np
 
 import ssi_ros
 from ssi_ros.effects import effect_class
-from ssi_ros.gap.scores import Templates
+from ssi_ros.gap.inference.score_test import make_templates, Templates
+from ssi_ros.gap.inference.unmodelled.templates import make_change_templates
+from ssi_ros.gap.nominal.simulator import Simulator
+from ssi_ros.gap.nominal.starting_points import starting_points
+from ssi_ros.gap.spectra.segmentation import frame_at
 
-KEPT = 4                # files that stay; each has some 120 MB
+KEPT = 4                # sets of templates that stay, on disk and in memory; some 120 MB each
 LAYERS = ('model', 'effects', 'gap')
+_IN_MEMORY = {}
 
 
 def folder():
@@ -28,12 +34,65 @@ def folder():
     return Path(base) / 'ssi_ros'
 
 
+def effect_templates(simulator, settings, names, progress):
+    """
+    Return the templates of effects, by name, around a model, kept in memory and on disk.
+
+    `progress` is called with the share done. Those of a record with long gaps are kept in memory.
+    """
+    spacecraft, frame, present = simulator.spacecraft, simulator.frame, simulator.present
+    if simulator.compensation:          # of one record alone
+        effects = starting_points([effect_class(n) for n in names], spacecraft)
+        return make_templates(simulator, effects, progress)
+    cut = (_rows(simulator), frame.rows, settings.low_hz, settings.high_share)
+    key = (spacecraft, *cut, frame.begins, present, names)
+    whole = frame.begins[-1] == (frame.segments - 1) * frame.rows
+    if key not in _IN_MEMORY:
+        effects = starting_points([effect_class(n) for n in names], spacecraft)
+        name = templates_key(spacecraft, *cut, present, names=names)
+        found = load_templates(name, effects) if whole else None
+        if found is None:
+            found = make_templates(_alone(simulator, settings), effects, progress)
+            if whole:
+                save_templates(name, found, effects)
+        while len(_IN_MEMORY) >= KEPT:
+            del _IN_MEMORY[next(iter(_IN_MEMORY))]
+        _IN_MEMORY[key] = found
+    return _IN_MEMORY[key]
+
+
+def unmodelled_templates(simulator, settings):
+    """Return the templates of changes that no effect of the library makes; as above."""
+    frame = simulator.frame
+    return _unmodelled(simulator.spacecraft, _rows(simulator), frame.rows, frame.segments,
+                       settings, simulator.present)
+
+
+@lru_cache(maxsize=KEPT)
+def _unmodelled(spacecraft, rows, width, segments, settings, present):
+    # means over the record: where the segments are does not count
+    frame = frame_at(spacecraft.rate_hz, width, tuple(range(0, segments * width, width)), settings)
+    return make_change_templates(Simulator(
+        spacecraft, frame, rows / spacecraft.rate_hz, present))
+
+
+def _rows(simulator):
+    return round(simulator.duration_s * simulator.spacecraft.rate_hz)
+
+
+def _alone(simulator, settings):
+    """Return the model side without what belongs to one record: lost rows, its motion."""
+    frame = simulator.frame
+    return simulator.but(frame=frame_at(frame.rate_hz, frame.rows, frame.begins, settings),
+                         jitter_noise=None)
+
+
 def templates_key(*numbers, names=()):
     """Return the name of a file for numbers (anything with a full repr) and effects."""
     digest = hashlib.sha256(repr(numbers).encode())
     package = Path(ssi_ros.__file__).parent
     for layer in LAYERS:
-        for path in sorted((package / layer).glob('*.py')):
+        for path in sorted((package / layer).rglob('*.py')):
             digest.update(path.read_bytes())
     for name in names:
         # an effect of somebody else has its source elsewhere
@@ -42,22 +101,12 @@ def templates_key(*numbers, names=()):
 
 
 def load_templates(key, effects):
-    """
-    Return the templates of a key, or None.
-
-    Parameters
-    ----------
-    key : str
-        Of `templates_key`.
-    effects : sequence of Effect
-        Starting points in the order in which they were made.
-
-    """
+    """Return the templates of a key, or None; `effects` in the order they were made in."""
     try:
         with np.load(folder() / key) as file:
             kept = [effects[i] for i in file['kept']]
-            swings = {int(k[5:]): file[k] for k in file.files if k.startswith('swing')}
-            return Templates(tuple(kept), file['changes'], swings, float(file['level']))
+            modulation = {int(k[1:]): file[k] for k in file.files if k[1:].isdigit()}
+            return Templates(tuple(kept), file['changes'], modulation, float(file['level']))
     except (OSError, ValueError, KeyError, IndexError, EOFError, zipfile.BadZipFile):
         return None                     # none, or half a file of a crash: make them anew
 
@@ -70,7 +119,7 @@ def save_templates(key, templates, effects):
         with os.fdopen(handle, 'wb') as file:
             np.savez(file, changes=templates.changes, level=templates.level,
                      kept=[effects.index(e) for e in templates.effects],
-                     **{f'swing{i}': s for i, s in templates.swings.items()})
+                     **{f'm{i}': m for i, m in templates.modulation.items()})
         os.replace(name, folder() / key)
         files = sorted(folder().glob('templates-*.npz'), key=lambda p: p.stat().st_mtime)
         for path in files[:-KEPT]:

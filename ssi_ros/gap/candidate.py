@@ -1,9 +1,10 @@
 """Candidates: effects at a place, with the numbers that a fit may move and their coordinates."""
 from dataclasses import dataclass, replace
-from itertools import product
 import math
 
-from ssi_ros.effects.base import Effect, is_log
+from ssi_ros.effects.base import is_log
+from ssi_ros.gap.selection.evidence import RangePrior, SizePrior
+from ssi_ros.gap.selection.thresholds import SELECTION as LIMITS
 
 
 @dataclass(frozen=True)
@@ -11,6 +12,18 @@ class Candidate:
     """One effect or several at once, at definite places, at definite values."""
 
     effects: tuple = ()
+    equivalents = ()        # with geometry no two effects have one form by construction
+    approximation = 0.0     # share of the gap that its form may leave
+
+    @property
+    def key(self):
+        """Return what two candidates have in common that compete with each other."""
+        return tuple(sorted(self.names))
+
+    @property
+    def channels(self):
+        """Names of the channels that the effects act on."""
+        return tuple(e.channel for e in self.effects if hasattr(e, 'channel'))
 
     @property
     def names(self):
@@ -59,41 +72,22 @@ def from_coordinate(f, x):
     return math.exp(min(x, 700.0)) if is_log(f) else x
 
 
-def places(cls, spacecraft):
-    """Yield the words of an effect for every place on a spacecraft, as dicts."""
-    choices = []
-    for f in cls.words():
-        if f.name == 'array':
-            choices.append([a.name for a in spacecraft.arrays])
+def priors_of(candidate):
+    """Return the prior of every coordinate of a candidate, eq. (112)."""
+    # The prior of a size is even in the logarithm of its deviations; that of a place even in the
+    # range that its starting values span.
+    found, decades = [], LIMITS['size_range'].value
+    for (i, f), x in zip(candidate.numbers(), candidate.point()):
+        e = candidate.effects[i]
+        starts = sorted(e.starts[f.name])
+        if f.name == e.size:
+            found.append(SizePrior(None if is_log(f) else x - f.default, e.one_sided(), e.power))
+        elif e.hinge or (is_log(f) and len(starts) == 1):
+            # the stiffness of a hinge is the same quantity, whatever its law
+            found.append(RangePrior(decades))
+        elif len(starts) == 1:
+            found.append(RangePrior(2 * max(abs(starts[0]), 1e-12)))
         else:
-            names = [s.name for s in spacecraft.sensors]
-            choices.append((['all'] if f.default == 'all' else []) + names)
-    for words in product(*choices):
-        if len(words) < 2 or words[0] != words[1]:
-            yield dict(zip([f.name for f in cls.words()], words))
-
-
-def starting_points(classes, spacecraft):
-    """
-    Return every effect at every place and every combination of its starting values.
-
-    Parameters
-    ----------
-    classes : iterable of Effect classes
-        Those with an expected spectrum count, the others are left out.
-    spacecraft : Spacecraft
-        Gives channels and arrays.
-
-    Returns
-    -------
-    list of Effect
-
-    """
-    found: list[Effect] = []
-    for cls in classes:
-        if not cls.spectral:
-            continue
-        for place in places(cls, spacecraft):
-            starts = cls.starts_on(spacecraft, place)
-            found += [cls(**place, **dict(zip(starts, v))) for v in product(*starts.values())]
-    return [e for e in found if not e.is_null]
+            found.append(RangePrior(
+                2 * (to_coordinate(f, starts[-1]) - to_coordinate(f, starts[0]))))
+    return tuple(found)

@@ -1,5 +1,8 @@
 """The answer of a diagnosis, and its form as JSON."""
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+
+from ssi_ros.gap.comparison import Location
+from ssi_ros.integrity.missing import Missing
 
 SCHEMA = 'ssi_ros/diagnosis/1'
 OUTCOMES = ('WITHIN_FLOOR', 'EXPLAINED', 'TIED', 'UNEXPLAINED', 'TOO_LITTLE_DATA')
@@ -21,8 +24,8 @@ class Explanation:
     """
     One candidate: effects, how probable, at which values, and what it leaves of the gap.
 
-    `closed` is the share of the gap above its floor that is gone, on data that the fit did not
-    see; NaN where the gap is within three standard deviations of its floor.
+    `closed` is the share of the gap above its floor that is removed, on data that the fit did not
+    use; NaN where the gap is within three standard deviations of its floor.
     """
 
     effects: tuple
@@ -42,25 +45,26 @@ class Diagnosis:
     """
     What `diagnose` found; the fields are those of the JSON, which `to_json` makes.
 
-    `signs` are texts of what shows in no spectrum; `controls` say what an effect at its null
-    value and one drawn at random close, which shows what shrinkage is worth.
+    `signs` are detections in sentences; `controls` say what no effect and one drawn at random
+    remove, which shows what a reduction is worth; `missing` is of the record as it was given.
     """
 
     outcome: str
     reason: str
     gap: dict
-    where: dict
+    where: Location
     candidates: tuple
     verdict: dict
     separate_by: tuple
     signs: tuple = ()
     controls: tuple = ()
+    missing: Missing = Missing(channels={})
 
     def to_json(self):
         """Return plain data in the fixed schema; a number that is not finite becomes None."""
         return _plain({
             'schema': SCHEMA, 'outcome': self.outcome, 'reason': self.reason, 'gap': self.gap,
-            'where': self.where, 'candidates': [{
+            'where': asdict(self.where), 'candidates': [{
                 'effects': c.effects, 'probability': c.probability, 'class': c.alike,
                 'parameters': {**_places(c.built),
                                **{k: vars(v) for k, v in c.parameters.items()}},
@@ -68,7 +72,8 @@ class Diagnosis:
                 'closed_high90': c.closed_high90, 'inside_floor': c.inside_floor,
             } for c in self.candidates],
             'verdict': self.verdict, 'separate_by': self.separate_by, 'signs': self.signs,
-            'controls': self.controls})
+            'controls': self.controls,
+            'missing': {**vars(self.missing), 'text': self.missing.text}})
 
 
 def _places(built):
@@ -87,3 +92,15 @@ def _plain(value):
         return value
     number = float(value)
     return number if abs(number) < float('inf') else None
+
+
+def probability_text(probability):
+    """Return a probability with two digits; never 1.00 or 0.00 for what is not certain."""
+    if probability > 0.99:
+        return '> 0.99'
+    return f'{probability:.2f}' if probability >= 0.01 else '< 0.01'
+
+
+def p_value_text(p_value):
+    """Return a p-value with two digits, '< 1e-15' below what arithmetic can say."""
+    return '< 1e-15' if p_value < 1e-15 else f'{p_value:.2g}'

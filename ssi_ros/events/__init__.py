@@ -1,0 +1,1 @@
+"""Single events in a recording."""

@@ -1,0 +1,138 @@
+"""A sine of the input whose frequency changes linearly: by segments, then coherently, (107)."""
+import numpy as np
+from scipy.fft import fft, next_fast_len
+from scipy.optimize import minimize
+
+from ssi_ros.effects.registry import deflection, detects
+from ssi_ros.gap.comparison import Detection
+from ssi_ros.gap.detectors.thresholds import LIMITS
+from ssi_ros.gap.detectors.track import best_lines
+
+SEGMENTS = 10           # of the record, each coherent in itself in the first search
+KEPT = 12               # rates and starts of the first search that are refined
+FINE = 2                # bins of a segment are so much closer than 1 / its length
+CLIPPED = 6.0           # standard deviations, at which an impulse is cut
+LOUD = 40.0             # means of the power, at which a line is cut
+
+
+@detects('wheel_speed_sweep', of='input')
+def detect_chirp(effect, reconstruction):
+    """Detect the strongest linear chirp over the whole record."""
+    one = reconstruction
+    unit = np.clip(np.where(one.missing, 0.0, one.series()), -CLIPPED, CLIPPED)
+    unit[:one.inside.start], unit[one.inside.stop:] = 0.0, 0.0
+    duration_s = one.rows / one.rate_hz
+    frequencies = (one.first + np.arange(len(one.values))) / duration_s
+    gain = one.gain * np.sqrt(one.rows / (2 * len(one.values)))
+
+    def weight(start, rate):
+        t = np.arange(one.rows) / one.rate_hz
+        return np.where(one.missing, 0.0, np.interp(start + rate * t, frequencies, gain))
+
+    best = (0.0, 0.0, 0.0)
+    for rate, start in _candidates(unit, one.rate_hz, frequencies[[0, -1]]):
+        best = max(best, _refined(unit, weight, rate, start, one.rate_hz, duration_s))
+    power, start, end = best
+    trials = (frequencies[-1] * duration_s) ** 2
+    # maxima of a field over a plane: so many more than independent cells
+    p_value = float(min(1.0, trials * max(power, 1.0) * np.exp(-power)))
+    if (p_value > LIMITS.p_value.value
+            or abs(end - start) * duration_s < LIMITS.least_cycles.value):
+        return None
+    size = np.sqrt(2 * power)
+    amplitude = _amplitude(one, unit, start, (end - start) / duration_s)
+    # the ends of a parabola through phases are four times as uncertain as a slope is
+    std = 4 * np.sqrt(6) / np.pi / duration_s / size
+    return Detection.of_effect(
+        effect.within(start_hz=start, end_hz=end, torque_n_m=amplitude), p_value,
+        f'The input has a chirp from {start:.4g} to {end:.4g} Hz ({size:.1f} standard '
+        'deviations).', trials=round(trials),
+        stds={'start_hz': std, 'end_hz': std, 'torque_n_m': amplitude / size})
+
+
+@deflection('wheel_speed_sweep')
+def chirp_deflection(effect, sensitivity):
+    """Return d' of a chirp."""
+    return sensitivity.of_sine(effect.torque_n_m, *sorted((effect.start_hz, effect.end_hz)))
+
+
+def _candidates(unit, rate_hz, band):
+    """Return the rates and starts [Hz/s, Hz] of the best sums of power along straight lines."""
+    rows = len(unit) // SEGMENTS
+    segments = unit[:rows * SEGMENTS].reshape(SEGMENTS, rows).astype(np.float32)
+    length_s = rows / rate_hz
+    t = (np.arange(rows) - rows / 2) / rate_hz
+    middles = (np.arange(SEGMENTS) + 0.5) * length_s
+    size = next_fast_len(FINE * rows)
+    df = rate_hz / size
+    highest = (band[1] - band[0]) / (SEGMENTS * length_s)
+    coarse = 1.5 / length_s ** 2           # 0.6 rad at the ends of a segment, half of it
+    fine = df / (SEGMENTS * length_s)
+    inner = np.arange(-int(coarse / fine / 2) - 1, int(coarse / fine / 2) + 1) * fine
+    first, last = int(band[0] / df), int(band[1] / df)
+    found = []
+    for rate in np.arange(-highest, highest + coarse, coarse):
+        turn = np.exp(-1j * np.pi * rate * t ** 2).astype(np.complex64)
+        power = np.abs(fft(segments * turn, size, axis=1)[:, :last]) ** 2 / np.float32(rows)
+        # one strong bin is a line; it must not stand for all segments
+        power = np.minimum(power, np.float32(LOUD))
+        shifts = np.rint((rate + inner)[:, None] * middles / df).astype(np.int64)
+        tops, starts = best_lines(power, shifts, first, last)
+        found += [(top, rate + more, start * df)
+                  for top, more, start in zip(tops, inner, starts) if start >= 0]
+    kept = []
+    for _, rate, start in sorted(found, reverse=True):
+        if all(abs(rate - r) * SEGMENTS * length_s + abs(start - s) > 3 / length_s
+               for r, s in kept):
+            kept.append((rate, start))
+        if len(kept) == KEPT:
+            break
+    return kept
+
+
+def _amplitude(one, unit, start, rate):
+    """Return the amplitude of a chirp, with the responses of the modes that it has passed."""
+    t = np.arange(one.rows) / one.rate_hz
+    wave = np.exp(2j * np.pi * (start * t + rate * t ** 2 / 2))
+    bins = slice(one.first, one.first + len(one.values))
+    columns = np.column_stack([
+        one.series(values=one.gain * np.fft.rfft(one.taper * w)[bins])
+        for w in (wave.real, wave.imag)])[one.inside]
+    columns = columns * ~one.missing[one.inside, None]
+    found, *_ = np.linalg.lstsq(columns, unit[one.inside], rcond=None)
+    noise = np.sqrt(np.linalg.inv(columns.T @ columns)[0, 0])
+    return float(np.sqrt(max(found @ found - 2 * noise ** 2, 0.0)))
+
+
+def _refined(unit, weight, rate, start, rate_hz, duration_s):
+    """Return power, first and last frequency of the best coherent chirp near by."""
+    t = np.arange(len(unit)) / rate_hz
+    weights = weight(start, rate)
+    total = np.sum(weights ** 2)
+    turned = unit * weights * np.exp(-2j * np.pi * (start * t + rate * t ** 2 / 2))
+    # close to zero frequency now, so means over a second are enough
+    block = max(1, int(rate_hz))
+    rows = len(unit) // block
+    slow = turned[:rows * block].reshape(rows, block).sum(axis=1)
+    t = (np.arange(rows) + 0.5) * block / rate_hz
+    reach = 4 * SEGMENTS / FINE / duration_s              # of both ends, [Hz]
+    size = 4 * next_fast_len(rows)
+    df = rate_hz / block / size
+    shifts = np.fft.fftfreq(size, 1 / size) * df
+    best = (0.0, start, start + rate * duration_s)
+    for more in np.arange(-reach, reach, 0.4 / duration_s) / duration_s:
+        power = np.abs(np.fft.fft(slow * np.exp(-1j * np.pi * more * t ** 2), size)) ** 2 / total
+        power[np.abs(shifts) > 2 * reach] = 0.0
+        top = int(np.argmax(power))
+        if power[top] > best[0]:
+            first = start + shifts[top]
+            best = (float(power[top]), first, first + (rate + more) * duration_s)
+
+    def negative_power(ends):
+        first, last = best[1] + ends[0] / duration_s, best[2] + ends[1] / duration_s
+        turn = (first - start) * t + ((last - first) / duration_s - rate) * t ** 2 / 2
+        return -np.abs(np.sum(slow * np.exp(-2j * np.pi * turn))) ** 2 / total
+
+    found = minimize(negative_power, np.zeros(2), method='Nelder-Mead', options={
+        'initial_simplex': 0.3 * np.array([[0, 0], [1, 0], [0, 1]]), 'xatol': 1e-3})
+    return (-found.fun, *(end + x / duration_s for end, x in zip(best[1:], found.x)))

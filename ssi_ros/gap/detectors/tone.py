@@ -1,0 +1,71 @@
+"""Lines: a sine of the input, and a line that no input makes, eq. (106)."""
+import numpy as np
+from scipy.stats import gamma
+
+from ssi_ros.effects.registry import deflection, detects
+from ssi_ros.gap.comparison import Detection
+from ssi_ros.gap.detectors.input_reconstruction import chance
+from ssi_ros.gap.detectors.thresholds import LIMITS
+
+BETWEEN = 1.5           # independent frequencies a bin, where those between two are searched too
+
+
+@detects('harmonic_disturbance', of='input')
+def detect_tone(effect, reconstruction):
+    """Detect the strongest sine of the input, eq. (106)."""
+    one = reconstruction
+    series = np.concatenate([one.tapered(one.values), np.zeros(one.rows)])
+    last = one.first + len(one.values)
+    # twice as many bins: a sine between two of them keeps 90 % of its power
+    fine = np.fft.rfft(series)[2 * one.first:2 * last - 1]
+    power = np.abs(fine) ** 2
+    # a strong line has raised the levels that the input was whitened by
+    scale = np.median(power[::2]) / np.log(2)
+    power /= scale
+    best = int(np.argmax(power))
+    trials = BETWEEN * len(one.values)
+    p_value = chance(power[best], trials)
+    if p_value > LIMITS.p_value.value:
+        return None
+    shift, top = _parabola(power, best)
+    frequency = (best + shift) / 2 + one.first
+    gain = np.interp(frequency, np.arange(one.first, last), one.gain)
+    height = np.sqrt(scale * max(top - 1.0, 0.0))
+    amplitude = 2 * height / gain / np.sum(one.taper[~one.missing])
+    frequency_hz = frequency * one.rate_hz / one.rows
+    size = np.sqrt(2 * power[best])
+    stds = {'torque_n_m': amplitude / size,
+            'frequency_hz': np.sqrt(6) / np.pi / size * one.rate_hz / one.rows}
+    return Detection.of_effect(
+        effect.within(frequency_hz=frequency_hz, torque_n_m=amplitude), p_value,
+        f'The input has a line at {frequency_hz:.5g} Hz ({size:.1f} standard deviations).',
+        stds=stds, trials=round(trials))
+
+
+@deflection('harmonic_disturbance')
+def tone_deflection(effect, sensitivity):
+    """Return d' of a sine."""
+    return sensitivity.of_sine(effect.torque_n_m, effect.frequency_hz, effect.frequency_hz)
+
+
+def anomalous_line(reconstruction):
+    """Detect a line that no input makes: power beside the response to the input."""
+    trials = BETWEEN * len(reconstruction.power)
+    chances = gamma.sf(reconstruction.power, reconstruction.white.shape[1] - 1)
+    best = int(np.argmin(chances))
+    p_value = float(min(1.0, trials * chances[best]))
+    if p_value >= LIMITS.p_value.value:
+        return None
+    at = (reconstruction.first + best) * reconstruction.rate_hz / reconstruction.rows
+    return Detection('', {'frequency_hz': at}, p_value,
+                     f'The record has a line at {at:.5g} Hz that no input makes.',
+                     trials=round(trials), basis='line')
+
+
+def _parabola(power, best):
+    """Return shift [bins] and height of a maximum, by a parabola through the logarithms."""
+    if not 0 < best < len(power) - 1:
+        return 0.0, float(power[best])
+    a, b, c = np.log(power[best - 1:best + 2])
+    return 0.5 * (a - c) / (a - 2 * b + c), float(np.exp(b - 0.125 * (a - c) ** 2
+                                                         / (a - 2 * b + c)))

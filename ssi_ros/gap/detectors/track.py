@@ -1,0 +1,86 @@
+"""A line that moves evenly, as the straight track of most power through short segments."""
+from dataclasses import dataclass
+
+from numba import njit
+import numpy as np
+
+LOUD = 8.0              # times what is usual, above which an impulse counts hardly more
+HARDLY = 0.03           # of it, e-fold: of a strong chirp the middle still stands out
+EDGE = 2                # bins beside zero and half of the rate, which hold the offset
+HALF_LAPPED = 1 / 36    # correlation of powers of Hann segments that half overlap
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """A straight track from the first to the last instant of a recording."""
+
+    path: np.ndarray        # (k,), column of the cells in every segment
+    start: float            # bins above zero frequency at the start of the recording
+    end: float              # and at its end
+
+
+def cells(values, rows):
+    """
+    Return the powers (k, f) of short segments over what is usual at their frequency and time.
+
+    What is steady is in every segment, what is short in every bin; a chirp is in a few of both. Of
+    a recording (n, l) in half-overlapping segments of an even number of rows, mean over the
+    channels, beyond LOUD its logarithm; the first bin is EDGE bins above zero.
+    """
+    taper = np.hanning(rows + 2)[1:-1]
+    segments = np.lib.stride_tricks.sliding_window_view(values, rows, axis=0)[::rows // 2]
+    total = np.zeros((len(segments), rows // 2 + 1 - 2 * EDGE))
+    for c in range(values.shape[1]):
+        power = np.abs(np.fft.rfft(segments[:, c] * taper, axis=1)[:, EDGE:-EDGE]) ** 2
+        total += power / _middle(power, 0)
+    # an impulse, or a modulated level, is strong at all frequencies
+    total /= _middle(total, 1)
+    return np.minimum(total, LOUD * (1 + HARDLY * np.log(np.maximum(total / LOUD, 1.0))))
+
+
+def _middle(power, axis):
+    """Return the upper median, kept in its dimension: the mean of two would cost as much more."""
+    half = power.shape[axis] // 2
+    return np.maximum(np.partition(power, half, axis).take([half], axis), 1e-300)
+
+
+def straight(powers, least, most):
+    """Return the straight track of most power within the bins of `cells` (k, f), or None."""
+    # Its ends are `least` to `most` bins apart, up or down.
+    count, bins = powers.shape
+    ways = np.arange(least, most + 1)
+    ways = np.concatenate([-ways[::-1], ways])
+    # the middle of the first segment is half a segment after the start, of the last before the end
+    times = np.arange(1, count + 1) / (count + 1)
+    shifts = np.rint(ways[:, None] * times).astype(np.int64)
+    tops, starts = best_lines(powers.astype(np.float32), shifts, 0, bins)
+    if not (starts >= 0).any():
+        return None
+    best = int(np.argmax(tops))
+    start = float(EDGE + starts[best])
+    return Track(starts[best] + shifts[best], max(start, 0.0), max(start + ways[best], 0.0))
+
+
+@njit(cache=True, fastmath=True)
+def best_lines(power, shifts, first, last):
+    """
+    Return the largest sums (s,) of float32 power (k, f) along lines, and the bins they start from.
+
+    `shifts` (s, k) are the bins by which each line has moved in every segment. A line that does
+    not fit between the bins `first` and `last` has the least of all numbers, and starts from -1.
+    """
+    tops = np.full(len(shifts), np.finfo(np.float32).min, np.float32)
+    starts = np.full(len(shifts), -1, np.int64)
+    for s in range(len(shifts)):
+        low, high = first - shifts[s].min(), last - shifts[s].max()
+        low, high = max(low, first), min(high, last)
+        if high <= low:
+            continue
+        total = np.zeros(high - low, np.float32)
+        for i in range(len(power)):
+            row = power[i, low + shifts[s, i]:high + shifts[s, i]]
+            for k in range(high - low):
+                total[k] += row[k]
+        best = np.argmax(total)
+        tops[s], starts[s] = total[best], low + best
+    return tops, starts

@@ -1,0 +1,1 @@
+"""Likelihood, fit, tests and uncertainty."""

@@ -1,0 +1,70 @@
+"""Damped Fisher scoring (Levenberg and Marquardt) with capped steps, eq. (100) and (152)."""
+from typing import Protocol
+
+import numpy as np
+
+from ssi_ros.gap.inference.thresholds import LIMITS
+
+TRIALS = 6              # of a step, each more damped than the one before
+FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-3, 1e-6, 1e6     # of the information's diagonal
+
+
+class Place(Protocol):
+    """Where a fit stands; `value` is the log likelihood, None where only its slopes are known."""
+
+    x: np.ndarray
+    value: float
+
+    def gradient(self):
+        """Return score, shape (p,), and Fisher information, shape (p, p)."""
+
+    def at(self, x):
+        """Return the place at other coordinates; None where the model cannot exist."""
+
+
+def maximise(here, caps, steps):
+    """
+    Climb from a Place to the nearest maximum of the likelihood, in steps of at most `caps`, (p,).
+
+    Returns the place, None where a step is not finite, and the Fisher information (p, p) last
+    used.
+    """
+    damping, limit = FIRST_DAMPING, LIMITS.gain.value
+    # a direction that the record hardly determines must not take the whole of a step
+    least = np.diag(1 / caps ** 2)
+    for number in range(steps + 1):
+        score, information = here.gradient()
+        promised = score @ np.linalg.pinv(information, hermitian=True) @ score / 2
+        if promised < limit or number == steps:
+            break
+        diagonal = np.diag(np.diag(information) + 1e-12)
+        gain = 0.0
+        for _ in range(TRIALS):
+            step = np.linalg.solve(information + damping * diagonal + least, score)
+            if not np.all(np.isfinite(step)):
+                return None, information
+            step = step * min(1.0, np.min(caps / np.maximum(np.abs(step), 1e-300)))
+            there = here.at(here.x + step)
+            gain = -np.inf if there is None else _gain(here, there, score)
+            if gain > 0.0:
+                here, damping = there, max(damping / 10, LEAST_DAMPING)
+                break
+            damping = min(10 * damping + 1e-3, MOST_DAMPING)
+        if not gain >= limit:
+            break
+    return here, information
+
+
+def _gain(here, there, score):
+    """Return the gain of a step: of the likelihood, or by its slopes at both ends."""
+    if here.value is not None:
+        return there.value - here.value
+    return float((score + there.gradient()[0]) @ (there.x - here.x)) / 2
+
+
+def covariance(information, scales):
+    """Invert an information; a direction without any has a variance of many scales, not none."""
+    values, vectors = np.linalg.eigh(information * np.outer(scales, scales))
+    least = LIMITS.least_information.value
+    spread = vectors * (scales[:, None] / np.sqrt(np.maximum(values, least)))
+    return spread @ spread.T

@@ -1,0 +1,179 @@
+"""Fit a candidate and the levels to a record by Fisher scoring, eq. (100)."""
+from dataclasses import dataclass
+
+import numpy as np
+
+from ssi_ros.effects.base import is_log
+from ssi_ros.gap.candidate import Candidate
+from ssi_ros.gap.inference.fisher_scoring import covariance, maximise
+from ssi_ros.gap.inference.whittle import whiten
+from ssi_ros.gap.nominal.simulator import level_prior
+from ssi_ros.updating.model_uncertainty import no_uncertainty
+
+STEPS = 12
+PROBE = 1e-3            # share of the coordinate's scale for a difference quotient
+LONGEST = 1.5           # step of a logarithm
+JITTER_ROUNDS = 2       # times that jitter noise is estimated anew at the fitted motion
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A candidate at its best values."""
+
+    candidate: Candidate
+    levels: np.ndarray      # powers over nominal: each random excitation, sensor noise
+    likelihood: float       # logarithm, uncertain numbers and their prior included
+    model: np.ndarray       # (a, k, l, l), expected, uncertain numbers at their most probable
+    plain: np.ndarray       # the same with the uncertain numbers as the model has them
+    shares: tuple           # derivatives of `plain` by the logarithms of the levels
+    covariance: np.ndarray  # (p, p), of the coordinates, all else profiled out
+    known: tuple = None     # of a nonlinear one Expected and derivatives, to begin another fit
+
+
+def fit(simulator, evidence, candidate=Candidate(), levels=None, steps=STEPS, uncertainty=None):
+    """
+    Maximise the likelihood of an Evidence over a candidate's numbers and the levels.
+
+    Begins at the candidate, without effects the levels alone, and at `levels`, 1 if not given. The
+    numbers of a ModelUncertainty are fitted beside, eq. (117). Returns a Fit, or None if the
+    candidate cannot be computed where it begins.
+    """
+    for _ in range(1 + JITTER_ROUNDS):
+        side = simulator.with_motion_of(evidence, candidate, levels)
+        found = _climb(_Problem(side, evidence, uncertainty), candidate, levels, steps)
+        if side is simulator or found is None:
+            break
+        candidate, levels = found.candidate, found.levels
+    return found
+
+
+def fit_again(simulator, evidence, start, steps, uncertainty, far=False):
+    """Fit another record of the same length, or a part of it, from a fit: see `fit`."""
+    # Near the fit its derivatives will do: where their product with the residual vanishes is as
+    # good an estimate as where the likelihood is highest. `far` takes them anew after every step.
+    if simulator.with_motion_of(evidence, start.candidate, start.levels) is not simulator:
+        return fit(simulator, evidence, start.candidate, start.levels, steps, uncertainty)
+    return _climb(_Problem(simulator, evidence, uncertainty, not far), start.candidate,
+                  start.levels, steps, start.known)
+
+
+@dataclass(frozen=True, eq=False)
+class _Problem:
+    """What stays the same in a fit; `keep` keeps the derivatives by the candidate's numbers."""
+
+    simulator: object
+    evidence: object
+    uncertainty: object
+    keep: bool = False
+
+
+def _climb(problem, candidate, levels, steps, known=None):
+    """Fit with a model side that stays as it is."""
+    now, changes = known or (problem.simulator.expected(candidate, levels), None)
+    if now is None:
+        return None
+    logs = np.zeros(len(now.names)) if levels is None else np.log(levels)
+    scales = scales_of(candidate)
+    here = _Place(problem, candidate, now, logs, changes)
+    if not np.isfinite(here.value):
+        return None
+    caps = np.concatenate([np.full(len(logs), LONGEST), LONGEST * scales])
+    here, information = maximise(here, caps, steps)
+    return None if here is None else Fit(
+        here.candidate, np.exp(here.logs), here.value,
+        here.uncertainty.corrected(here.model, here.whitened), here.model, tuple(here.shares()),
+        covariance(information, caps)[len(logs):, len(logs):],
+        (here.now, here.changes) if here.now.near else None)
+
+
+class _Place:
+    """Where a fit stands: expected periodograms, record whitened by them, likelihood."""
+
+    def __init__(self, problem, candidate, now, logs, changes):
+        self.problem, self.candidate, self.now, self.logs = problem, candidate, now, logs
+        self.changes = changes
+        self.x = np.append(logs, candidate.point())
+        free = problem.uncertainty or no_uncertainty(
+            problem.simulator.frame, now.fixed.shape[-1])
+        self.uncertainty = free.shifted(problem.simulator.shift(candidate))
+        self.model = now.at(np.exp(logs))
+        self.whitened = whiten(self.model, problem.evidence)
+        self.value = self.whitened.likelihood
+        self.prior = level_prior(len(logs))
+        if np.isfinite(self.value):
+            gain, self.most, self.inverse = self.uncertainty.profile(self.whitened)
+            self.value += gain - float(self.prior @ logs ** 2) / 2
+            before, after = (np.sum(np.square(u.offset)) for u in (free, self.uncertainty))
+            self.value += float(before - after) / 2
+
+    def at(self, x):
+        """Return the place at other coordinates; None where the candidate cannot exist."""
+        count = len(self.logs)
+        candidate = self.candidate.moved(x[count:])
+        now = self.problem.simulator.expected(candidate, np.exp(x[:count]), self.now.near)
+        return None if now is None else _Place(self.problem, candidate, now, x[:count],
+                                               self.changes if self.problem.keep else None)
+
+    def shares(self):
+        """Return the derivatives of S by the logarithms of the levels."""
+        return [np.exp(g) * s for g, s in zip(self.logs, self.now.shares)]
+
+    def gradient(self):
+        """Return score and information, the uncertain numbers of the model profiled out."""
+        if self.changes is None:
+            self.changes = differences(self.problem.simulator, self.candidate,
+                                       np.exp(self.logs), self.model, self.now.near)
+        slopes = self.shares() + self.changes
+        if max(map(len, slopes)) > len(self.model):
+            # one number makes the segments differ: all must be whitened one by one
+            self.model = np.repeat(self.model, self.problem.evidence.frame.segments, axis=0)
+            self.whitened = whiten(self.model, self.problem.evidence)
+        whitened, uncertainty = self.whitened, self.uncertainty
+        flat = whitened.directions(slopes)
+        total = flat.reshape(len(flat), -1)
+        score = whitened.weight * (total @ whitened.excess.ravel())
+        information = whitened.weight * (total @ total.T)
+        mixed = whitened.weight * (flat.sum(axis=1) @ uncertainty.vectors.T)
+        count = len(self.logs)
+        if self.problem.simulator.compensation:
+            # what a candidate moves the errors by changes how probable they are
+            moves = self._moves()
+            score[count:] -= moves @ uncertainty.offset
+            information[count:, count:] += moves @ moves.T
+            mixed[count:] += moves
+        score[:count] -= self.prior * self.logs
+        information[:count, :count] += np.diag(self.prior)
+        return score - mixed @ self.most, information - mixed @ self.inverse @ mixed.T
+
+    def _moves(self):
+        """Return the derivatives of the errors of the model that candidates shift, (p, n)."""
+        simulator, x = self.problem.simulator, self.x[len(self.logs):]
+        moves = np.zeros((len(x), len(self.uncertainty.names)))
+        for row, step in zip(moves, np.diag(PROBE * scales_of(self.candidate))):
+            low, high = (simulator.shift(self.candidate.moved(x + s)) for s in (-step, step))
+            row[:] = self.uncertainty.moves(high - low) / (2 * step.sum())
+        return moves
+
+
+def differences(simulator, candidate, levels, model, near=None):
+    """Return the derivatives of `model`, S of a candidate at levels, by every number of it."""
+    slopes, x = [], np.array(candidate.point())
+    for i, step in enumerate(np.diag(PROBE * scales_of(candidate))):
+        slopes.append(np.zeros_like(model))
+        for at in (x + step, x - step):
+            moved = candidate.moved(at)
+            width = moved.point()[i] - x[i]
+            there = simulator.expected(moved, levels, near) if width else None
+            if there is not None:
+                slopes[i] = (there.at(levels) - model) / width
+                break
+    return slopes
+
+
+def scales_of(candidate):
+    """Return the longest step of every coordinate: a unit of a logarithm, or a start, (p,)."""
+    def size(i, f):
+        away = max(abs(v - f.default) for v in candidate.effects[i].starts[f.name])
+        # a start at the default gives no scale: a fifth of the value then
+        return 1.0 if is_log(f) else 5.0 * (away or 0.2 * abs(f.default) or 1e-6)
+    return np.array([size(i, f) for i, f in candidate.numbers()])

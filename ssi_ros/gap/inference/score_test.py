@@ -1,0 +1,148 @@
+"""
+Scores of all effects at once, eq. (104) and (105).
+
+A template is the change of the expected spectrum by one effect at one place and starting value. It
+depends on the model alone, so it is computed once; a record whitens it by its levels.
+"""
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import norm
+
+from ssi_ros.gap.candidate import Candidate
+from ssi_ros.gap.inference.whittle import real_vectors, white, whiten, whiten_each
+from ssi_ros.gap.nominal.simulator import level_prior
+from ssi_ros.gap.spectra.expected_periodogram import power_of
+
+DRAWS = 4000
+
+
+@dataclass(frozen=True, eq=False)
+class Templates:
+    """Directions of effects around a nominal model."""
+
+    effects: tuple          # one a template, at its starting value
+    changes: np.ndarray     # (t, k, l, l), complex64, of S at nominal levels, segments' mean
+    modulation: dict        # {template: (segments, k, l, l)}, deviations from that mean
+    level: float            # power of all excitation at nominal levels
+    shifts: np.ndarray = None   # (t, m), by what the errors of the model are shifted beside
+
+
+def make_templates(simulator, effects, progress=None):
+    """Compute the templates of effects around the simulator's nominal spectrum."""
+    nominal = simulator.expected(Candidate())
+    base = nominal.at_nominal
+    kept, changes, shifts, modulation = [], [], [], {}
+    for i, effect in enumerate(effects):
+        if progress is not None:
+            progress(i / len(effects))
+        there = simulator.expected(Candidate((effect,)))
+        if there is None:
+            continue
+        change = there.at_nominal - base
+        mean = change.mean(axis=0)
+        if len(change) > 1:
+            modulation[len(kept)] = (change - mean).astype(np.complex64)
+        kept.append(effect)
+        changes.append(mean.astype(np.complex64))
+        shifts.append(simulator.shift(Candidate((effect,))))
+    return Templates(tuple(kept), np.array(changes).reshape(-1, *base.shape[1:]), modulation,
+                     power_of(nominal.shares[:-1]), np.array(shifts) if np.any(shifts) else None)
+
+
+@dataclass(frozen=True, eq=False)
+class Scores:
+    """Scores of a record for every template, levels and model errors projected out."""
+
+    effects: tuple          # one a template
+    z: np.ndarray           # (t,), standardised: Gaussian of variance 1 where the model is right
+    size: np.ndarray        # (t,), one-step estimate of the effect, in units of its starting value
+    detection: np.ndarray   # (t,), mean of z for an effect at its starting value, d'
+    cosine: np.ndarray      # (t, t), correlation of the scores, R of eq. (105)
+
+    def gains(self):
+        """Return the gain of the log likelihood that each promises; 0 for an impossible sign."""
+        possible = np.array([not e.one_sided() for e in self.effects]) | (self.z > 0)
+        return np.where(possible, self.z ** 2 / 2, 0.0)
+
+    def p_value(self):
+        """Return the chance of so large a score somewhere where the model is right."""
+        values, vectors = np.linalg.eigh(self.cosine)
+        root = vectors * np.sqrt(np.maximum(values, 0.0))
+        draws = np.random.default_rng(0).standard_normal((DRAWS, len(root))) @ root.T
+        return tail_of_largest(np.max(np.abs(self.z)), np.abs(draws).max(axis=1))
+
+
+def tail_of_largest(found, largest, least=0.0):
+    """Return the chance of a largest score by draws of it, (n,), of `least` independent scores."""
+    share = np.mean(largest >= found)
+    if share > 20 / len(largest):
+        return float(share)
+    # beyond their resolution: the number of independent scores that gives their median
+    effective = max(np.log(0.5) / np.log1p(-2 * norm.sf(np.median(largest))), least)
+    return float(-np.expm1(effective * np.log1p(-2 * norm.sf(found))))
+
+
+def score(templates, fitted, evidence, uncertainty, here=None):
+    """Return the Scores of all templates around a Fit; `here` are Directions of one near by."""
+    record = whiten(fitted.plain, evidence)
+    here = here or directions(templates, fitted, evidence, uncertainty)
+    total = record.excess.sum(axis=0).astype(np.float32)
+    raw = record.weight * (here.flat @ total).astype(float)
+    beside = (record.weight * (here.basis @ total)).astype(float)
+    count = len(fitted.levels)
+    beside[:count] -= level_prior(count) * np.log(fitted.levels)
+    beside[count:] -= uncertainty.offset
+    raw -= here.mixed @ here.inner @ beside
+    if here.modulation:
+        # a model that is the same for all segments was compared with their mean alone
+        each = (record if len(record.excess) > 1 else whiten_each(fitted.plain, evidence)).excess
+        for i, part in here.modulation.items():
+            raw[i] += np.sum(part * each) / evidence.frame.inflation
+    return Scores(templates.effects, raw / here.spread, raw / here.spread ** 2, here.spread,
+                  here.cosine)
+
+
+def directions(templates, fitted, evidence, uncertainty):
+    """Return the templates as a fit whitens them; arguments as of `score`."""
+    return Directions(templates, fitted.plain, fitted.shares, uncertainty, evidence.frame,
+                      evidence.segments)
+
+
+def promise(templates, expected, frame, uncertainty):
+    """Return the expected scores of templates in a record that does not exist yet, eq. (114)."""
+    # `expected` is the nominal Expected, `frame` how the record will be cut. Returns d' (t,) of
+    # every template, and their correlations (t, t).
+    here = Directions(templates, expected.at_nominal, expected.shares, uncertainty, frame,
+                      tuple(range(frame.segments)))
+    return here.spread, here.cosine
+
+
+class Directions:
+    """Templates as a model whitens them, and their information with levels projected out."""
+
+    def __init__(self, templates, plain, shares, uncertainty, frame, segments):
+        self.effects = templates.effects
+        model = plain.mean(axis=0, keepdims=True)
+        lower = np.linalg.inv(np.linalg.cholesky(model))[0].astype(np.complex64)
+        # templates are made at nominal levels: the excitation of the record scales them
+        level = np.float32(power_of(shares[:-1]) / templates.level)
+        self.flat = level * real_vectors(white(lower, templates.changes))
+        if templates.shifts is not None:
+            moves = (templates.shifts @ uncertainty.into.T).astype(np.float32)
+            self.flat -= moves @ uncertainty.vectors.astype(np.float32)
+        beside = [real_vectors(white(lower, s.mean(axis=0))[None])[0] for s in shares]
+        self.basis = np.array(beside + list(uncertainty.vectors), np.float32)
+        count = len(segments) / frame.inflation
+        prior = np.diag(np.append(level_prior(len(beside)), np.ones(len(uncertainty.vectors))))
+        self.inner = np.linalg.inv(count * (self.basis @ self.basis.T).astype(float) + prior)
+        self.mixed = count * (self.flat @ self.basis.T).astype(float)
+        self.information = (count * (self.flat @ self.flat.T).astype(float)
+                            - self.mixed @ self.inner @ self.mixed.T)
+        self.modulation = {i: level * real_vectors(white(lower, s[list(segments)]))
+                           for i, s in templates.modulation.items()}
+        for i, part in self.modulation.items():
+            for j, other in self.modulation.items():
+                self.information[i, j] += np.sum(part * other) / frame.inflation
+        self.spread = np.sqrt(np.maximum(np.diag(self.information), 1e-30))
+        self.cosine = self.information / np.outer(self.spread, self.spread)

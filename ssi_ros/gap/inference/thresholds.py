@@ -1,0 +1,65 @@
+"""Limits of the inference, each with its unit and its origin."""
+from dataclasses import dataclass
+
+from ssi_ros.gap.settings import Threshold
+
+
+@dataclass(frozen=True)
+class InferenceLimits:
+    """Limits of decisions and widths of priors, in the order of the modules that use them."""
+
+    # fisher_scoring
+    gain: Threshold = Threshold(
+        0.02, 'nat', 'engineering choice: less moves no estimate by more than 0.2 deviations')
+    least_information: Threshold = Threshold(
+        1e-4, '1', 'engineering choice: undetermined coordinates deviate by 100 of their scales')
+    # recorded_fit
+    smoothing: Threshold = Threshold(
+        30.0, 'nat', 'engineering choice: error of D where predictions differ in smoothness')
+    level_range: Threshold = Threshold(
+        1.5, 'log power', 'engineering choice: level around the median ratio of the bands')
+    noise_loss: Threshold = Threshold(
+        0.9, '1', 'engineering choice: share of the noise floor that may vanish as a nuisance')
+    noise_growth: Threshold = Threshold(
+        9.0, '1', 'engineering choice: floors that the noise may gain, 10 dB in all')
+    least_scatter: Threshold = Threshold(
+        0.05, '1', 'engineering choice: least share of a prediction that scatters')
+    most_scatter: Threshold = Threshold(
+        1.5, '1', 'engineering choice: most of it, where added power is negative')
+    # unmodelled
+    distinct_modes: Threshold = Threshold(
+        1e-3, '1', 'engineering choice: a smaller eigenvalue of correlations is rounding')
+    slow_decay: Threshold = Threshold(
+        8.0, '1', 'exp(-8) = 3e-4 of an amplitude remains: python -m validation.gap_scatter')
+    # score_scatter
+    short_segment: Threshold = Threshold(
+        0.4, '1', 'simulation: python -m validation.gap_missing short; of the usual length')
+    # parametric_bootstrap
+    pooled_records: Threshold = Threshold(
+        3.0, '1', 'engineering choice: weight of the variance of all scores, beside five records')
+    # indirect_inference
+    estimate_std: Threshold = Threshold(
+        1.5, 'std', 'two of the standard deviation of a mean of two records, sqrt(1 / 2)')
+    estimate_level: Threshold = Threshold(
+        0.05, '1', 'engineering choice: share of a level, 0.2 dB')
+    # model_uncertainty
+    corrected_spectrum: Threshold = Threshold(
+        0.05, '1', 'engineering choice: least whitened eigenvalue of a small correction')
+    corrected_std: Threshold = Threshold(
+        4.0, 'std', 'engineering choice: how far an uncertain number may go from the model')
+    linear_change: Threshold = Threshold(
+        0.5, '1', 'engineering choice: whitened change up to which a spectrum is linear in errors')
+    # levels of a model
+    excitation_std: Threshold = Threshold(
+        1.4, 'log power', 'engineering choice: excitation known to 6 dB')
+    noise_std: Threshold = Threshold(
+        0.7, 'log power', 'engineering choice: sensor noise known to 3 dB')
+    excitation_db: Threshold = Threshold(
+        30.0, 'dB', 'engineering choice: a wrong unit is likelier than five prior deviations')
+    quiet_db: Threshold = Threshold(
+        -12.0, 'dB', 'g for m/s^2 lowers all power by 20 dB; half of it in decades')
+    noise_db: Threshold = Threshold(
+        35.0, 'dB', 'clipping and sampling jitter raise the noise by up to 26 dB')
+
+
+LIMITS = InferenceLimits()

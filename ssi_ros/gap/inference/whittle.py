@@ -1,0 +1,106 @@
+"""The debiased Whittle likelihood, and a record whitened by a model, eq. (97) to (99)."""
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ssi_ros.gap.spectra.segmentation import Frame, periodograms
+from threadpoolctl import ThreadpoolController
+
+BLAS = ThreadpoolController()       # more threads only slow these small matrices down
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """Spectra of a record, shape (segments, k, l), and the segments that count."""
+
+    frame: Frame
+    spectrum: np.ndarray
+    segments: tuple
+    others: tuple = ()  # Evidence of more records of the same model, cut alike
+
+    def only(self, segments):
+        """Return the evidence of some segments."""
+        return Evidence(self.frame, self.spectrum, tuple(segments))
+
+    @cached_property
+    def each(self):
+        """Periodograms of the segments that count, the mean over the records, (n, k, l, l)."""
+        own = periodograms(self.spectrum[list(self.segments)])
+        return (own + sum(o.each for o in self.others)) / (1 + len(self.others))
+
+    @cached_property
+    def mean(self):
+        """Their mean, shape (1, k, l, l)."""
+        return self.each.mean(axis=0, keepdims=True)
+
+    def against(self, model):
+        """Return periodograms as a model needs them, of how many segments each, and it."""
+        records = 1 + len(self.others)
+        if len(model) == 1:         # the same for all segments: it needs only their mean
+            return self.mean, records * len(self.segments), model
+        return self.each, records, model[list(self.segments)]
+
+
+@dataclass(frozen=True, eq=False)
+class Whitened:
+    """A record whitened by a model: white where the model is right."""
+
+    lower: np.ndarray   # (a, k, l, l), inverse of the Cholesky factor of S
+    excess: np.ndarray  # (a, k l l), whitened less the identity, as real vectors
+    likelihood: float   # eq. (97), logarithm; -inf where S is not positive definite
+    weight: float       # periodograms an entry of `excess` stands for, over inflation
+    segments: tuple     # of the evidence
+
+    def directions(self, changes):
+        """Return changes of S, (1 or all segments, k, l, l), as real vectors, (p, a, k l l)."""
+        many = len(self.lower)
+        out = np.empty((len(changes), *self.excess.shape))
+        for row, change in zip(out, changes):
+            if len(change) > 1:
+                # a model that is the same for all segments is compared with the mean change
+                change = change[list(self.segments)]
+                change = change if many > 1 else change.mean(axis=0, keepdims=True)
+            row[:] = real_vectors(white(self.lower, change))
+        return out
+
+
+def whiten(model, evidence):
+    """Whiten an Evidence by expected periodograms (a, k, l, l), with a = 1 or all segments."""
+    observed, count, model = evidence.against(model)
+    weight = count / evidence.frame.inflation
+    try:
+        factor = np.linalg.cholesky(model)
+    except np.linalg.LinAlgError:
+        return Whitened(model, np.zeros((len(model), 0)), -np.inf, weight, evidence.segments)
+    lower = np.linalg.inv(factor)
+    flat = white(lower, observed)
+    diagonal = np.einsum('akii->aki', factor).real
+    value = -weight * (2 * np.log(diagonal).sum() + np.einsum('akii->', flat).real)
+    flat = flat - np.eye(model.shape[-1])
+    return Whitened(lower, real_vectors(flat), float(value) if np.isfinite(value) else -np.inf,
+                    weight, evidence.segments)
+
+
+def whiten_each(model, evidence):
+    """Whiten each segment, also by a model that is the same for all; see `whiten`."""
+    if len(model) == 1:
+        model = np.repeat(model, evidence.frame.segments, axis=0)
+    return whiten(model, evidence)
+
+
+def white(lower, change):
+    """Return L^-1 X L^-H of matrices X, with `lower` the inverse of L."""
+    return lower @ change @ lower.conj().swapaxes(-1, -2)
+
+
+def real_vectors(matrices):
+    """Return Hermitian matrices as real vectors with the same inner product, (a, k l l)."""
+    # the sum of real and imaginary part keeps tr A B: the cross terms cancel by symmetry
+    return (matrices.real + matrices.imag).reshape(len(matrices), -1)
+
+
+def hermitian(sums):
+    """Return the Hermitian matrices of such sums of real and imaginary part, (..., l, l)."""
+    turned = sums.swapaxes(-1, -2)
+    return (sums + turned) / 2 + 1j * (sums - turned) / 2

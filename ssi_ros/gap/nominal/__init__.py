@@ -1,0 +1,1 @@
+"""What is believed before the record: a model, or a recording."""

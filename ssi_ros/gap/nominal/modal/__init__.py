@@ -1,0 +1,1 @@
+"""What the modes of two recordings say of the difference between them."""

@@ -1,0 +1,269 @@
+"""Fit forms of effects to two recordings by scores around both, eq. (150) to (152)."""
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ssi_ros.gap.inference.fisher_scoring import covariance, maximise
+from ssi_ros.gap.inference.goodness_of_fit import divergence
+from ssi_ros.gap.inference.thresholds import LIMITS
+from ssi_ros.gap.inference.whittle import hermitian, real_vectors, white
+from ssi_ros.gap.spectra.band_averages import level_of
+from ssi_ros.levels.forces import bounded, turning
+
+STEPS = 12
+NODES = 6               # of the integral of a score
+LEVEL_STEPS = 0.01, 0.05        # of level and noise, for a difference quotient
+PROBE = 1e-2            # share of a way for a difference quotient
+MOST_TURN = 4.0         # power by which levels may differ from those that a fit began at
+
+
+@dataclass(frozen=True, eq=False)
+class Averages:
+    """A mean spectrum (b, l, l) that a fit is made to, and the independent spectra in a band."""
+
+    mean: np.ndarray
+    n_one: float            # of the reference
+    n_two: float            # of the record
+
+    @property
+    def weight(self):
+        """Independent spectra that a difference of the two means counts for."""
+        return self.n_one * self.n_two / (self.n_one + self.n_two)
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """What the spectrum of a reference becomes."""
+
+    mean: np.ndarray        # (b, l, l), S' of eq. (145)
+    scatters: np.ndarray    # (b, l, l), part that scatters as the reference; the rest is smooth
+
+    def freedom(self, n_one):
+        """Return the effective number of independent spectra behind it, shape (b,), eq. (150)."""
+        # the share in all directions, tr S'^-1 F / l
+        share = np.einsum('bii->b', np.linalg.solve(self.mean, self.scatters)).real
+        width = self.mean.shape[-1]
+        least = min(n_one, width + 1.0)         # fewer have no determinant
+        low, high = LIMITS.least_scatter.value, LIMITS.most_scatter.value
+        return np.maximum(n_one / np.clip(share / width, low, high) ** 2, least)
+
+    @property
+    def possible(self):
+        """Whether it is a spectrum: positive definite in every band."""
+        return bool(np.all(np.linalg.eigvalsh(self.mean)[:, 0] > 0))
+
+    def turned(self, turn):
+        """Return what a filter (b, l, l), or None, makes of it."""
+        return Prediction(filtered(turn, self.mean), filtered(turn, self.scatters))
+
+
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """Forms at their best coordinates."""
+
+    forms: tuple            # what acts, one after the other
+    x: np.ndarray           # (2 + p,), log level, change of all noise in floors, coordinates
+    covariance: np.ndarray  # (2 + p, 2 + p), inverse of the information
+    likelihood: float       # logarithm over that of the level alone, by its slopes, eq. (151)
+    far: float              # by the distances, where slopes around both mean little
+    prediction: Prediction  # what the reference becomes
+    turn: np.ndarray = None         # (b, l, l), filter by which its levels are those of the record
+
+
+def predict(nominal, forms, x):
+    """Return what the spectrum of a reference becomes, eq. (145), a Prediction."""
+    noise = np.diag(nominal.floor)
+    # filters act on all that scatters; the noise that they must not change is put back
+    spectrum, still, at = nominal.spectrum, noise, 2
+    fixed = np.zeros_like(nominal.spectrum)
+    for form in forms:
+        numbers = x[at:at + len(form.numbers)]
+        gain, added = form.change(nominal, numbers)
+        spectrum = filtered(gain, spectrum)
+        still = still if form.on_samples else filtered(gain, still)
+        if added is not None:
+            fixed = fixed + added
+        at += len(form.numbers)
+    level = np.exp(x[0])
+    return Prediction(level * (spectrum + fixed + noise - still) + x[1] * noise, level * spectrum)
+
+
+def filtered(gain, spectrum):
+    """Return G S G^H, averaged over the first axis of G (k, b, l, l), if it has one; None is 1."""
+    if gain is None:
+        return spectrum
+    found = gain @ spectrum @ gain.conj().swapaxes(-1, -2)
+    return found.mean(axis=0) if gain.ndim > 3 else found
+
+
+def whitener(factor, trust):
+    """Return L^-1 of a Cholesky factor L, smaller in a band of less weight, (b, l, l)."""
+    return np.linalg.inv(factor) * np.power(trust, 0.25)[:, None, None]
+
+
+def whitened(matrices, lower):
+    """Return L^-1 M L^-H as real vectors with the same inner product, (b l l,)."""
+    return real_vectors(white(lower, matrices)).ravel()
+
+
+class _Place:
+    """
+    Where a fit stands: prediction, pooled estimate of both spectra, whitened residual.
+
+    Both recordings scatter. Templates around the reference alone would repeat its scatter, and a
+    form that makes the prediction smoother would win by that; around the pooled estimate they
+    do not. So only slopes of the likelihood are known. LinAlgError where no such spectrum exists.
+    """
+
+    value = None
+
+    def __init__(self, nominal, forms, x, record, bounds=None):
+        self.nominal, self.forms, self.x, self.record = nominal, forms, x, record
+        self.bounds = bounds
+        self.prediction = predict(nominal, forms, x)
+        mean = self.prediction.mean
+        part = record.n_one / (record.n_one + record.n_two)
+        factor = np.linalg.cholesky(part * mean + (1 - part) * record.mean)
+        bend = factor @ np.linalg.inv(np.linalg.cholesky(mean))
+        self.root = np.sqrt(record.weight)
+        self.lower = whitener(factor, nominal.trust)
+        self.around = nominal.with_spectrum(filtered(bend, nominal.spectrum))
+        self.base = predict(self.around, forms, x).mean
+        self.raw = self.root * whitened(record.mean - mean, self.lower)
+        self.residual = self.without_levels(self.raw)
+
+    def at(self, x):
+        """Return the place at other coordinates, kept inside their ranges, or None."""
+        try:
+            return _Place(self.nominal, self.forms, np.clip(x, *self.bounds), self.record,
+                          self.bounds)
+        except np.linalg.LinAlgError:
+            return None
+
+    def without_levels(self, vector):
+        """Return what of a whitened change no level makes, eq. (150a)."""
+        basis = self.nominal.levels
+        return vector if basis is None else vector - basis.T @ (basis @ vector)
+
+    @property
+    def levelled(self):
+        """Return the prediction at the levels of the record."""
+        return self.prediction.turned(self.turn)
+
+    @cached_property
+    def turn(self):
+        """Return the filter (b, l, l) that brings the prediction to the levels of the record."""
+        basis = self.nominal.levels
+        if basis is None:
+            return None
+        change = hermitian((basis.T @ (basis @ self.raw) / self.root).reshape(self.lower.shape))
+        mean, back = self.prediction.mean, np.linalg.inv(self.lower)
+        return turning(mean, bounded(mean + white(back, change), mean, 1 / MOST_TURN, MOST_TURN))
+
+    def slope(self, direction, step):
+        """Return the change of the prediction along a direction of x."""
+        moved = predict(self.around, self.forms, self.x + step * direction)
+        return self.without_levels(
+            self.root * whitened(moved.mean - self.base, self.lower)) / step
+
+    def gradient(self):
+        """Return score and information, eq. (152)."""
+        return self._gradient
+
+    @cached_property
+    def _gradient(self):
+        steps = [*LEVEL_STEPS] + [n.start / 10 for f in self.forms for n in f.numbers]
+        rows = np.array([self.slope(e, s) for e, s in zip(np.eye(len(self.x)), steps)])
+        return rows @ self.residual, rows @ rows.T
+
+
+def fit(nominal, record, forms=(), start=None, steps=STEPS, origin=None):
+    """
+    Solve for level, noise and coordinates of forms by damped Fisher scoring, (152), a `Fitted`.
+
+    From `start` (2 + p,), in `steps` at most, to a record (Averages). The likelihood is counted
+    from `origin` (2,), level and noise alone; without, it is 0.
+    """
+    forms, numbers = tuple(forms), [n for f in forms for n in f.numbers]
+    level = level_of(nominal.spectrum, record.mean)[0]
+    # noise may vanish, or grow within reason: as a nuisance it shall not stand in for anything
+    most = np.array([LIMITS.level_range.value, LIMITS.noise_growth.value * np.exp(level)])
+    low = np.array([level - most[0], -LIMITS.noise_loss.value * np.exp(level)]
+                   + [n.low for n in numbers])
+    high = np.array([level + most[0], most[1]] + [n.high for n in numbers])
+    if start is None:
+        start = np.array([level, 0.0] + [n.start for n in numbers])
+    start = np.clip(np.array(start, float), low, high)
+    # of other groups a start may take away more noise than there is: then without numbers
+    for x in (start, np.append(start[0], np.zeros(len(start) - 1))):
+        try:
+            here = _Place(nominal, forms, x, record, (low, high))
+            break
+        except np.linalg.LinAlgError:
+            continue
+    else:
+        return Fitted(forms, x, np.eye(len(x)), -np.inf, -np.inf, predict(nominal, forms, x))
+    here, information = maximise(here, high - low, steps)
+    gain = far = 0.0
+    if origin is not None:
+        gain, far = _likelihood(nominal, here, np.append(origin, np.zeros(len(numbers))))
+    return Fitted(forms, here.x, covariance(information, high - low), gain, far, here.levelled,
+                  here.turn)
+
+
+def residual_of(nominal, record, fitted=None):
+    """Return the whitened residual of a Fitted, or of the nominal itself, and its whitener."""
+    here = _Place(nominal, *((fitted.forms, fitted.x) if fitted else ((), np.zeros(2))), record)
+    return here.raw, here.lower
+
+
+def _likelihood(nominal, here, base):
+    """Return the likelihood over that of the level alone, by slopes and by distances."""
+    usual = _Place(nominal, (), base[:2], here.record)
+    ratios = [_ratio(p, here.record, nominal.trust) for p in (
+        usual.prediction, predict(nominal, here.forms, base), usual.levelled, here.levelled)]
+    far = ratios[3] - ratios[2]
+    # what a form adds at x = 0, as clipping does, has no way along which to integrate
+    gain = _gain(nominal, here, base) + ratios[1] - ratios[0]
+    # a way through spectra that cannot exist gives none; distances know of no other levels
+    limit = LIMITS.smoothing.value if nominal.levels is None else np.inf
+    return (float(np.clip(gain, far - limit, far + limit)) if np.isfinite(gain) else far), far
+
+
+def _ratio(prediction, record, trust):
+    """Return the likelihood ratio of one common spectrum against two, eq. (141) with (150)."""
+    if not prediction.possible:
+        return -np.inf
+    n_one, n_two = record.n_one, record.n_two
+    bands = divergence(prediction.mean, record.mean, n_one, n_two) * record.weight
+    # a smoother prediction is nearer to anything, by as much as it scatters less;
+    # one that scatters more gains nothing by that
+    share = np.maximum(1 - n_one / prediction.freedom(n_one), 0.0)
+    smooth = record.mean.shape[-1] ** 2 / 2 * n_two / (n_one + n_two) * share
+    return -float(np.sum(trust * (bands + smooth)))
+
+
+def masking_gain(nominal, base, one, two, form):
+    """Return the likelihood that the level alone gains where a form leaves cells out."""
+    if form.masked is None:
+        return 0.0
+    before, after = (_ratio(base.prediction, Averages(s.mean, one.freedom, two.freedom),
+                            nominal.trust) for s in (two, two.without(form.masked)))
+    # what remains of a band scatters more
+    kept = ~form.masked.T @ two.weights / two.weights.sum()
+    scatter = two.mean.shape[-1] ** 2 / 2 * one.freedom / (one.freedom + two.freedom)
+    return after - before + float(np.sum(nominal.trust * scatter * (1 / kept - 1)))
+
+
+def _gain(nominal, here, base):
+    """Return the integral of the score from the level alone to a fit, eq. (151)."""
+    nodes, weights = np.polynomial.legendre.leggauss(NODES)
+    way, total = here.x - base, 0.0
+    for node, weight in zip((nodes + 1) / 2, weights / 2):
+        try:
+            place = _Place(nominal, here.forms, base + node * way, here.record)
+        except np.linalg.LinAlgError:
+            return -np.inf
+        total += weight * float(place.slope(way, PROBE) @ place.residual)
+    return total

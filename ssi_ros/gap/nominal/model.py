@@ -1,0 +1,145 @@
+"""The nominal that a spacecraft model gives, set beside a record."""
+from dataclasses import dataclass
+
+import numpy as np
+
+from ssi_ros.effects import library
+from ssi_ros.gap.check import match, TooLittleData
+from ssi_ros.gap.detectors import detect_in_samples
+from ssi_ros.gap.nominal.model_comparison import ModelComparison
+from ssi_ros.gap.nominal.simulator import Simulator
+from ssi_ros.gap.selection.search import Search
+from ssi_ros.gap.selection.thresholds import SELECTION
+from ssi_ros.gap.spectra.imputation import completed, without_clipped
+from ssi_ros.gap.spectra.segmentation import frame_of
+from ssi_ros.integrity.repeats import faults_of_samples
+from ssi_ros.model.channels import of_channels
+from ssi_ros.model.spacecraft import Spacecraft
+from ssi_ros.updating.adapt import adapt
+from ssi_ros.updating.adapted_comparison import AdaptedComparison
+from ssi_ros.updating.prior import known_by_recordings
+
+
+@dataclass(frozen=True)
+class ModelNominal:
+    """A spacecraft model as what is expected; the simulator has the effects `present` already."""
+
+    spacecraft: Spacecraft
+    present: tuple = ()
+
+    @property
+    def channels(self):
+        """Return the names of the channels that a record should have."""
+        return tuple(s.name for s in self.spacecraft.sensors)
+
+    def compare(self, samples, settings, effects, progress):
+        """
+        Set the model beside a record.
+
+        Parameters
+        ----------
+        samples : Samples
+            The record.
+        settings : DiagnosisSettings
+            Segments, band, uncertainty.
+        effects : tuple of str
+            Names to consider.
+        progress : callable
+            Called with the share done.
+
+        Returns
+        -------
+        ModelComparison
+
+        Raises
+        ------
+        TooLittleData
+            If the record is too short.
+        ValueError
+            If record and model do not fit each other.
+
+        """
+        settings = getattr(self.spacecraft, 'cut', lambda usual: usual)(settings)
+        spacecraft, samples, notes = match(self.spacecraft, samples)
+        present = of_channels(self.present, samples.channels)
+        faults = faults_of_samples(samples)
+        detections = detect_in_samples(samples, tuple(library()))
+        samples, clipped = without_clipped(samples, [d.basis for d in detections])
+        try:
+            frame = frame_of(samples, settings)
+        except ValueError as error:
+            raise TooLittleData(str(error), notes) from None
+        duration_s = len(samples.values) / samples.rate_hz
+        simulator = Simulator(spacecraft, frame, duration_s, present)
+        simulator, samples, recorded, levels = completed(simulator, samples, clipped, settings)
+        there = {e.name for e in self.present}
+        record = Record(samples, recorded, detections, tuple(n for n in effects if n not in there),
+                        faults, notes + _used(samples, simulator.frame))
+        calibration = spacecraft.calibration
+        prior = known_by_recordings(calibration) if calibration.covariance else None
+        as_it_is = ModelComparison(simulator, record, settings, effects, levels, progress, prior)
+        if prior or spacecraft.uncertainty.exact or _explains(as_it_is):
+            return as_it_is
+        best, explains = _best(as_it_is)
+        if explains:
+            return as_it_is
+        moved = AdaptedComparison(simulator, adapt(simulator, samples, settings, progress), record,
+                                  settings, effects, progress)
+        if best is None or _explains(moved):
+            return moved
+        there = next(iter(_search(moved).singles()), None)
+        return as_it_is if there and best.log_evidence > there.log_evidence else moved
+
+
+def _used(samples, frame):
+    """Return what of a record is used, in a sentence, where long gaps are not."""
+    if not np.isnan(samples.values).any():
+        return ()
+    share = frame.segments * frame.rows / len(samples.values)
+    return (f'{frame.segments} segments of {frame.span_s:.3g} s between the gaps are used, '
+            f'{100 * share:.0f} % of the record',)
+
+
+def _explains(comparison):
+    """Return whether a model explains the record without any effect."""
+    if comparison.mismatch:
+        return True
+    return not _is_far(comparison, comparison.null) and comparison.residual(
+        comparison.null).p_value > comparison.settings.false_alarm
+
+
+def _is_far(comparison, fit):
+    """Return whether a fit leaves so much that no other test has to be asked."""
+    return comparison.goodness_of_fit(fit).deviations > SELECTION['far'].value
+
+
+def _search(comparison):
+    found = comparison.residual(comparison.null)
+    return Search(comparison, found, comparison.settings, lambda share: None)
+
+
+def _best(comparison):
+    """Return the best explanation beside a model, or None, and whether it is one."""
+    search = _search(comparison)
+    ranked = search.singles()
+    if not ranked:
+        return None, False
+    # two effects are tried where the rest is small enough to be another one
+    if _is_far(comparison, ranked[0].fit):
+        return ranked[0], False
+    residual, limit = comparison.residual(ranked[0].fit), SELECTION['residual_p'].value
+    if residual.p_value < limit:
+        ranked, residual = search.with_pairs(ranked, residual)
+    return ranked[0], residual.p_value >= limit
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """A record made ready: samples without gaps, their spectra, what the samples alone show."""
+
+    samples: object
+    spectra: object
+    detections: tuple
+    sought: tuple           # effects that detectors search: those that are not in the model
+    faults: tuple = ()      # `Fault`s of the recorder
+    notes: tuple = ()       # what was left out of it, in sentences

@@ -1,0 +1,94 @@
+"""What a diagnosis against a model says of a candidate: its quantities, and what looks alike."""
+from dataclasses import replace
+
+import numpy as np
+
+from ssi_ros.effects import effect_class
+from ssi_ros.effects.base import is_log
+from ssi_ros.gap.comparison import Fit, Residual, ScoreTest
+from ssi_ros.gap.detectors.thresholds import LIMITS as DETECTION
+from ssi_ros.gap.diagnosis import Value
+from ssi_ros.open_set.families import FAMILIES, joined
+
+Z90 = 1.645             # standard deviations to both sides of a 90 % interval
+SCORE_SHARE = 0.5       # of the alarm budget,
+OPEN_SHARE = 0.22       # and of the open-set test; all other tests share the rest alike
+STATISTICS = 2          # the gap statistic, over all frequencies and in the worst stretch
+
+
+def alike(scores, names, limit):
+    """Return the effects whose templates cannot be distinguished from those of some names."""
+    all_names, found = np.array([e.name for e in scores.effects]), list(names)
+    rows = np.flatnonzero(all_names == names[0]) if len(names) == 1 else []
+    if len(rows):
+        # the template that explains most stands for the effect
+        row = rows[np.argmax(np.abs(scores.z[rows]))]
+        found += list(all_names[np.abs(scores.cosine[row]) > limit])
+    return tuple(dict.fromkeys(map(str, found)))
+
+
+def built(ranked, detections):
+    """Return the effects of a candidate as a simulator has to be given them."""
+    return tuple(_of_detection(e, detections)
+                 for e in (ranked.estimate or ranked.fit).candidate.effects)
+
+
+def parameters(ranked, detections):
+    """Return the quantities of a candidate with their intervals, by `effect.quantity`."""
+    candidate = (ranked.estimate or ranked.fit).candidate
+    spread = ranked.estimate.spread if ranked.estimate else 1.0
+    stds = spread * np.sqrt(np.maximum(np.diag(ranked.fit.covariance), 0.0))
+    detected, found = {d.effect: d.stds for d in detections}, {}
+    moved = list(candidate.numbers())
+    for i, e in enumerate(built(ranked, detections)):
+        for f in e.numbers():
+            at = [k for k, (j, g) in enumerate(moved) if j == i and g.name == f.name]
+            value, log = getattr(e, f.name), is_log(f) and e.spectral
+            if at and e is candidate.effects[i]:
+                std = stds[at[0]] * (value if log else 1.0)
+            else:
+                std = detected.get(e.name, {}).get(f.name, float('nan'))
+            # 90 % to both sides, of the logarithm where a fit moves that
+            low, high = (value * np.exp(s * Z90 * std / value) if log else value + s * Z90 * std
+                         for s in (-1, 1))
+            found[f'{e.name}.{f.name}'] = Value(value, float(std), float(low), float(high),
+                                                f.metadata['unit'])
+    return found
+
+
+def _of_detection(effect, detections):
+    """Return an effect as its detection has it, where that shows what the fitted band does not."""
+    for d in detections:
+        if effect.spectral and d.effect == effect.name:
+            if all(d.parameters[f.name] == getattr(effect, f.name) for f in effect.words()):
+                return d.basis
+    return effect
+
+
+def fit_of(found, side):
+    """Return the record that all nominals share of a fit on a Side, or None."""
+    return None if found is None else Fit(
+        found.candidate, np.array(found.candidate.point()), found.covariance,
+        found.likelihood + side.log_density, found.levels, found)
+
+
+def score_test_of(scores, scatter=1.0):
+    """Return the ScoreTest that all nominals share; `scatter`, (t,), is that of the scores."""
+    found = replace(scores, z=scores.z / scatter)
+    return ScoreTest(
+        found.effects, tuple((e.name,) for e in found.effects), found.z,
+        np.array([e.one_sided() for e in found.effects]), found.gains(), found.p_value(), scores)
+
+
+def joined_tests(test, gap, p_values, detections, odd, trials):
+    """Join all tests: the scores have most of the alarm budget, the others share the rest."""
+    others = (1 - SCORE_SHARE - OPEN_SHARE) / (trials + STATISTICS)
+    unknown = joined([d.p_value for d in odd if d.basis in FAMILIES])
+
+    def together(found):
+        rest = min([*p_values] + [d.p_value for d in found if d.basis not in FAMILIES])
+        return float(min(1.0, test.p_value / SCORE_SHARE, unknown / OPEN_SHARE, rest / others))
+    shown = tuple(d for d in odd if d.p_value <= DETECTION.p_value.value)
+    return Residual(test, detections, shown, gap, together(detections + odd),
+                    together(tuple(d for d in detections
+                                   if effect_class(d.effect).in_mean_spectrum) + odd))

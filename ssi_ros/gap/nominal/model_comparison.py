@@ -1,0 +1,282 @@
+"""A spacecraft model beside a record: tests, candidates and fits for the driver."""
+from dataclasses import replace
+from functools import cached_property
+
+import numpy as np
+from scipy.stats import norm
+
+from ssi_ros.effects import effect_class, left_out, places
+from ssi_ros.gap.cache import effect_templates, unmodelled_templates
+from ssi_ros.gap.candidate import Candidate, priors_of
+from ssi_ros.gap.comparison import Comparison
+from ssi_ros.gap.detectors import (
+    anomalies, detect_in_input, detect_in_spectrum, explained_below_band, open_set, tests_of)
+from ssi_ros.gap.detectors.data_faults import faults_beside_model
+from ssi_ros.gap.detectors.input_reconstruction import reconstruct
+from ssi_ros.gap.inference.goodness_of_fit import measure
+from ssi_ros.gap.inference.indirect_inference import indirect_estimate
+from ssi_ros.gap.inference.model_fit import fit, fit_again, STEPS
+from ssi_ros.gap.inference.parametric_bootstrap import bootstrap_floor, BootstrapTests
+from ssi_ros.gap.inference.score_scatter import scatter_of
+from ssi_ros.gap.inference.score_test import score
+from ssi_ros.gap.inference.unmodelled.scores import detect_change, score_changes
+from ssi_ros.gap.nominal import (
+    model_answer as answer, model_location as location, starting_points as starts)
+from ssi_ros.gap.nominal.simulator import implausible_levels
+from ssi_ros.gap.selection.evidence import log_posterior, log_prior_ratio
+from ssi_ros.gap.selection.localisation import locate
+from ssi_ros.gap.selection.search import PAIRS_TO_FIT, RIVALS
+from ssi_ros.gap.selection.thresholds import SELECTION as LIMITS
+from ssi_ros.gap.spectra.imputation import filled
+from ssi_ros.integrity.fault import as_reason
+from ssi_ros.updating.prior import stand
+
+FIRST_STEPS = 6         # of a fit, before the best are chosen
+REFIT_STEPS = 3         # of a fit to half of the segments, from the common one
+SCAN_STEPS = 2          # of a fit at one of many sizes
+SCANNED = 3             # sizes of an effect that are fitted further
+ANOMALY_TESTS = 3       # lines, spikes, unmodelled changes
+
+
+class ModelComparison(Comparison):
+    """A model beside a record; see `ssi_ros.gap.comparison.Comparison`."""
+
+    kind = 'model'
+    built, parameters = staticmethod(answer.built), staticmethod(answer.parameters)
+
+    def __init__(self, simulator, record, settings, effects, levels, progress, prior=None):
+        self.simulator, self.record, self.settings = simulator, record, settings
+        self.effects = effects
+        self.notes = record.notes + left_out(simulator.spacecraft) + tuple(
+            f'not in the calibrated model: {text}'
+            for text in simulator.spacecraft.calibration.unexplained)
+        self.templates = effect_templates(simulator, settings, effects, progress)
+        self.unmodelled = unmodelled_templates(simulator, settings)
+        self.prior = prior
+        self.here = stand(simulator, prior, levels, settings)
+        self.null = answer.fit_of(fit(simulator, record.spectra, levels=levels,
+                                      uncertainty=self.here.uncertainty), self.here)
+        faults = record.faults + faults_beside_model(simulator, self.null.state, record.spectra)
+        self.notes += tuple(f.text for f in faults)
+        self.mismatch = as_reason(faults) or (
+            '' if record.detections else implausible_levels(levels))
+        self._fits, self._residuals, self._estimates, self._alone = {}, {}, {}, {}
+
+    def fit(self, candidate, start=None, fold=None, thorough=True):
+        """Fit a candidate; see `Comparison`."""
+        key = candidate, start and start.candidate, fold, thorough
+        if key not in self._fits:
+            self._fits[key] = self._fit(candidate, start, fold, thorough)
+        return self._fits[key]
+
+    def side(self, fit):
+        """Return the Side that a fit stands on."""
+        return self.here
+
+    def _fit(self, candidate, start, fold, thorough):
+        start = start or self.null
+        side, levels, spectra = self.side(start), start.levels, self.record.spectra
+        if fold is not None:
+            simulator = side.simulator.with_motion_of(spectra, candidate, levels)
+            half = spectra.only(spectra.segments[fold::2])
+            return answer.fit_of(fit_again(simulator, half, start.state, REFIT_STEPS,
+                                           side.uncertainty), side)
+        steps, around = (STEPS, side.around(candidate, levels, self.settings)) if thorough else (
+            FIRST_STEPS, side.uncertainty)
+        return answer.fit_of(fit(side.simulator, spectra, candidate, levels, steps, around), side)
+
+    def goodness_of_fit(self, fit, fold=None):
+        """Measure the gap, of all segments or of those that a fold left out."""
+        spectra = self.record.spectra
+        if fold is not None:
+            spectra = spectra.only(spectra.segments[1 - fold::2])
+        gap = measure(fit.state.model, spectra, self.settings.band_bins)
+        return replace(gap, floor_std=gap.floor_std * self.scatter.gap)
+
+    def detections(self, fit):
+        """Return detections of effects that a fit does not hold, and anomalies."""
+        names = tuple(n for n in self.record.sought if n not in fit.candidate.names)
+        samples, channels = self.whole(fit), self.record.samples.channels
+        simulator = self.side(fit).simulator
+        inputs = reconstruct(simulator, fit.state, samples, self.settings,
+                             np.isnan(self.record.samples.values).any(axis=1))
+        found = detect_in_input(inputs, names) + detect_in_spectrum(
+            simulator, fit.state, samples, self.settings, names)
+        of_samples = tuple(d for d in self.record.detections if d.effect in names)
+        odd = anomalies(inputs, channels) + open_set(simulator, fit.state, inputs, channels)
+        return of_samples + found, odd, tests_of(names) + ANOMALY_TESTS
+
+    def whole(self, fit):
+        """Return the record with its gaps filled by a fit: what is searched through time."""
+        return filled(self.side(fit).simulator, self.record.samples, fit.levels, fit.candidate)
+
+    def score_test(self, fit):
+        """Score all effects at once around a fit."""
+        found = score(self.templates, fit.state, self.record.spectra, self.side(fit).uncertainty)
+        return answer.score_test_of(found, self.scatter.scores)
+
+    @cached_property
+    def scatter(self):
+        """Return the Scatter of all tests, larger than 1 where segments are short."""
+        return scatter_of(self.simulator, self.null.state, self.record.spectra, BootstrapTests(
+            self.templates, self.unmodelled, self.here.uncertainty, self.settings))
+
+    def residual(self, fit):
+        """Run all tests of the record against a fit."""
+        if id(fit) not in self._residuals:
+            self._residuals[id(fit)] = fit, self._residual(fit)
+        return self._residuals[id(fit)][1]
+
+    def _residual(self, fit):
+        test, gap = self.score_test(fit), self.goodness_of_fit(fit)
+        found, odd, trials = self.detections(fit)
+        changes = score_changes(self.unmodelled, fit.state, self.record.spectra,
+                                self.side(fit).uncertainty)
+        p_values = float(norm.sf(gap.deviations)), gap.local_p_value(
+            spread=self.scatter.bands)
+        residual = answer.joined_tests(test, gap, p_values, found, odd + detect_change(
+            replace(changes, z=changes.z / self.scatter.changes)), trials)
+        if fit is self.null or residual.p_value >= LIMITS['second_effect_p'].value:
+            return residual
+        # perhaps only the expected spectrum of the candidate is not exact
+        floor = self.simulated_floor(fit, found, True)
+        scores, p_values, found, odd = floor.against(test.state, changes, gap, found, odd)
+        test = answer.score_test_of(scores)
+        return replace(answer.joined_tests(test, gap, p_values, found, odd, trials), floor=floor)
+
+    def simulated_floor(self, fit, detections=(), odd=False):
+        """Return what a fit leaves of records that it simulates."""
+        side = self.side(fit)
+        return bootstrap_floor(side.simulator, fit.state, self._estimate(fit), BootstrapTests(
+            self.templates, self.unmodelled, side.uncertainty, self.settings, detections, odd))
+
+    def _estimate(self, fit):
+        """Return the indirect-inference estimate of a fit."""
+        if id(fit) not in self._estimates:
+            side = self.side(fit)
+            self._estimates[id(fit)] = fit, indirect_estimate(
+                side.simulator, fit.state, side.uncertainty, self.settings.band_bins)
+        return self._estimates[id(fit)][1]
+
+    def estimate(self, fit, residual):
+        """Return what a simulator has to be given, with its scatter."""
+        found = self._estimate(fit)
+        return replace(found, spread=found.spread * residual.floor.std_ratio) if (
+            residual.floor) else found
+
+    def candidates(self, residual):
+        """Return the starts that scores and detections speak for."""
+        begin = [d.basis for d in residual.detections]
+        detected = {e.name for e in begin}
+        likely = starts.promising(residual.score_test.state, self.settings.finalists)
+        begin += [e for e in likely + starts.elsewhere(residual.score_test.state, likely)
+                  if e.name not in detected]
+        return tuple(Candidate((e,)) for e in begin)
+
+    def all_candidates(self):
+        """Return every start of every effect."""
+        return tuple(Candidate((e,)) for e in self.templates.effects)
+
+    def refinements(self, ranked):
+        """Return laws that contain the best one."""
+        best = ranked[0].fit.candidate.effects[0]
+        return tuple(Candidate((e,)) for e in starts.extensions(best, self.effects))
+
+    def distant(self, ranked):
+        """Return sizes of the best effects far away, for a gap that no small one explains."""
+        found = []
+        for name in list(dict.fromkeys(n for r in ranked for n in r.names))[:RIVALS]:
+            best = next(r for r in ranked if name in r.names)
+            effect = best.fit.candidate.effects[best.names.index(name)]
+            fits = [fit(self.simulator, self.record.spectra, Candidate((e,)), self.null.levels,
+                        SCAN_STEPS, self.here.uncertainty) for e in starts.brackets(effect)]
+            fits = sorted((f for f in fits if f is not None), key=lambda f: -f.likelihood)
+            found += [f.candidate for f in fits[:SCANNED]]
+        return tuple(found)
+
+    def pairs(self, found, residual, ranked):
+        """Return the pairs that explain most together."""
+        best, rest = ranked[0].fit.candidate, residual.score_test.state
+        more = starts.promising(rest, PAIRS_TO_FIT) + [d.basis for d in residual.detections]
+        pairs = [best.with_one_more(e) for e in more if e.name not in best.names]
+        pairs += [Candidate(p) for p in starts.promising_pairs(
+            found.score_test.state, PAIRS_TO_FIT)]
+        return starts.unique_places(pairs)
+
+    def indistinguishable(self, found, candidate):
+        """Return candidates with one effect replaced by a nearly indistinguishable one."""
+        return tuple(starts.replacements(found.score_test.state, candidate))
+
+    def corrected(self, ranked):
+        """Correct candidates by what their approximate spectra lose on their own records."""
+        # The best so far explains nothing: another hinge law may do so whose linear equivalent is
+        # worse.
+        best = ranked[0]
+        promising = (best.fit.log_likelihood + self.null.log_likelihood) / 2
+        found, others = {}, []
+        for r in ranked:
+            if r is not best and (
+                    r.fit.log_likelihood <= promising or not r.fit.candidate.nonlinear
+                    or r.log_evidence + LIMITS['largest_correction'].value * self._estimate(
+                        r.fit).deficit < max(f.log_evidence for f in found)
+                    - LIMITS['pruning_margin'].value):
+                others.append(r)
+                continue
+            floor, correction = self.residual(r.fit).floor, 0.0
+            if floor and r.fit.candidate.nonlinear:
+                # the same random numbers cost an exact spectrum as much by chance
+                exact = [k.deficit for f, k in found.items()
+                         if k and not f.fit.candidate.nonlinear]
+                exact = exact[0] if exact else self.simulated_floor(self.null).deficit
+                correction = max(floor.deficit - exact, 0.0)
+            found[replace(r, correction=correction)] = floor
+        count = len(self.effects)
+        return sorted([*found, *others], key=lambda r: -log_posterior(r, self.settings, count))
+
+    def below_the_band(self, detection):
+        """Return whether a detection is at frequencies that no fit uses."""
+        return effect_class(detection.effect).below_band
+
+    def bonus(self, fit, detections):
+        """Return the log odds of detections beyond what the spectrum has of them already."""
+        total, odds = 0.0, {d.effect: d.log_odds for d in detections}
+        for e in fit.candidate.effects:
+            if e.name in odds:
+                if e not in self._alone:
+                    self._alone[e] = self.fit(Candidate((e,)), self.null, thorough=False)
+                alone = self._alone[e]
+                shown = alone.log_likelihood - self.null.log_likelihood if alone else 0.0
+                total += max(odds[e.name] - max(shown, 0.0), 0.0)
+        return total + explained_below_band(
+            self.side(fit).simulator, fit.state, lambda: self.whole(fit), self.settings,
+            detections)
+
+    def log_prior_ratio(self, fit):
+        """Return the log of posterior over prior volume of quantities and places."""
+        count = 1
+        for e in fit.candidate.effects:
+            count *= max(1, sum(1 for _ in places(type(e), self.simulator.spacecraft)))
+        return log_prior_ratio(priors_of(fit.candidate), fit.covariance) - float(np.log(count))
+
+    def own_error(self, ranked):
+        """Return whether the model's own error, as declared, is the same as the effects."""
+        return not self.prior and all(
+            e.deviations(self.simulator.spacecraft) <= LIMITS['own_error'].value
+            for e in ranked.fit.candidate.effects)
+
+    def alike(self, found, ranked):
+        """Return the effects whose templates cannot be distinguished from those of a candidate."""
+        return answer.alike(found.score_test.state, ranked.names, self.settings.tie_cosine)
+
+    def localise(self, fit=None, probability=0.0):
+        """Return where the gap lies; with a fit, what it changes counts by its probability."""
+        system = self.simulator.setup(Candidate()).system
+        measured = location.measured(system, self.null.state.model, self.record.spectra,
+                                     self.settings.band_bins)
+        if fit is None:
+            return locate(measured)
+        events = next((d.times for d in self.residual(self.null).detections
+                       if len(d.times) and d.effect in fit.candidate.names), ())
+        change = location.change((self.null.state.model, fit.state.model), self.record.spectra,
+                                 self.settings.band_bins, events, probability)
+        return replace(locate(measured, change), sensors=())

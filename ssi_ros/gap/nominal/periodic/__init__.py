@@ -1,0 +1,1 @@
+"""Two recordings of one periodic excitation, compared period by period."""

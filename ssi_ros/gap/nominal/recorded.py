@@ -1,0 +1,211 @@
+"""The nominal that an earlier recording gives, set beside a record: modes without geometry."""
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.stats import norm
+
+from ssi_ros.effects import ModalPattern
+from ssi_ros.effects.registry import showing
+from ssi_ros.gap.comparison import Comparison, Detection, Fit, GapStatistic, Residual
+from ssi_ros.gap.detectors.data_faults import faults_beside_recording
+from ssi_ros.gap.inference.goodness_of_fit import compare
+from ssi_ros.gap.nominal.forms.candidate import ModalCandidate
+from ssi_ros.gap.nominal.modal.candidates import (
+    candidates_of, mixed, parameters_of, SHIFTED, singles)
+from ssi_ros.gap.nominal.modal.fit import Averages, fit, predict, STEPS
+from ssi_ros.gap.nominal.modal.localisation import localised
+from ssi_ros.gap.nominal.modal.nonlinear_joint import joint
+from ssi_ros.gap.nominal.modal.starting_values import distance
+from ssi_ros.gap.nominal.recordings import prepare
+from ssi_ros.gap.nominal.thresholds import LIMITS
+from ssi_ros.integrity.fault import as_reason
+from ssi_ros.records import Samples
+
+FIRST_STEPS = 4         # of a fit, before the best are chosen
+REFIT_STEPS = 3         # of a fit to a fold
+FOLDS = 2               # interleaved halves of the groups of segments
+PARTNERS = 4            # candidates that are tried beside the best one
+SHARED_TESTS = 3        # gap, scores and frequencies of modes
+
+
+@dataclass(frozen=True, eq=False)
+class RecordedNominal:
+    """An earlier recording of the same structure as what is expected."""
+
+    reference: Samples
+
+    @property
+    def channels(self):
+        """Return the names of the channels that a record should have."""
+        return self.reference.channels
+
+    def compare(self, samples, settings, effects, progress=lambda share: None):
+        """
+        Set the recording beside a record; see `ModelNominal.compare`.
+
+        At least one channel is in common, and the rates are in a ratio of small whole numbers.
+        `settings` are not used: bands and segments follow from the recordings.
+
+        Returns
+        -------
+        RecordedComparison
+
+        """
+        recordings = prepare(self.reference, samples, effects)
+        progress(0.3)
+        return RecordedComparison(recordings,
+                                  faults_beside_recording(self.reference, samples, recordings))
+
+
+class RecordedComparison(Comparison):
+    """Two recordings as the protocol `Comparison` has them."""
+
+    kind = 'reference'
+
+    def __init__(self, recordings, faults=()):
+        self.recordings, self.effects = recordings, recordings.effects
+        self.notes = recordings.notes + tuple(f.text for f in faults)
+        self.mismatch = as_reason(faults)
+        base = recordings.null
+        self.null = Fit(ModalCandidate(), np.zeros(0), np.zeros((0, 0)), 0.0, base.x, base)
+        self.gap = self.goodness_of_fit(self.null)
+        self._joint = None
+
+    def residual(self, fit):
+        """Run all tests of the record against the null, or measure what another fit leaves."""
+        recordings = self.recordings
+        found, tests = recordings.detections
+        shift = recordings.shift
+        if shift.text:
+            found += (Detection(showing(SHIFTED[0])[0], {}, shift.p_value, shift.text),)
+        if fit is not self.null:
+            rest = [d for d in (*found, *filter(None, self.joint[:1]))
+                    if d.effect not in fit.candidate.names]
+            gap = self._held_out(fit)
+            # an event is where it is: nothing else that is steady makes it
+            p_value = float(min([norm.sf(gap.deviations),
+                                 *[d.p_value for d in rest if len(d.times)]]))
+            return Residual(None, tuple(rest), (), gap, p_value, p_value)
+        test = recordings.score_test
+        p_values = [test.p_value, norm.sf(self.gap.deviations), shift.p_value]
+        p_values += [d.p_value for d in recordings.detections[0] if not d.weak]
+        p_value = float(min(1.0, (SHARED_TESTS + tests) * min(p_values)))
+        return Residual(test, found, (), self.gap, p_value, p_value)
+
+    def _held_out(self, fit):
+        """Return the gap on segments that the fit did not use, mean of the folds."""
+        gaps = [self.goodness_of_fit(self.fit(fit.candidate, fit, fold), fold)
+                for fold in range(FOLDS)]
+        value, floor, std = np.mean([(g.value, g.floor, g.floor_std) for g in gaps], axis=0)
+        return GapStatistic(float(value), float(floor), float(std / np.sqrt(FOLDS)))
+
+    @property
+    def joint(self):
+        """Return the detection of a nonlinear joint, or None, and the log odds of its bursts."""
+        if self._joint is None:
+            self._joint = joint(self.recordings)
+        return self._joint
+
+    def candidates(self, residual):
+        """Return the single effects that detections, scores, distances and modes speak for."""
+        return singles(self.recordings, self.joint, self.gap.deviations > LIMITS.far.value)
+
+    def all_candidates(self):
+        """Return every modal form as a candidate."""
+        return tuple(ModalCandidate((f,)) for f in self.recordings.score_test.forms)
+
+    def refinements(self, ranked):
+        """Return modes that mix where one channel would explain them: shapes that turn do."""
+        if self.gap.deviations > LIMITS.far.value or not any(
+                f.pattern is ModalPattern.CHANNEL_SHAPE for f in ranked[0].fit.candidate.forms):
+            return ()
+        return candidates_of(self.recordings, mixed(self.recordings))
+
+    def pairs(self, found, residual, ranked):
+        """Return the best effect with each of the next, where its form can be blamed."""
+        first = ranked[0].fit.candidate
+        if first.approximation > LIMITS.modal_form.value:
+            return ()
+        return tuple(
+            ModalCandidate((first.forms[0], r.fit.candidate.forms[0]))
+            for r in ranked[1:1 + PARTNERS]
+            if r.names != ranked[0].names and r.log_evidence > 0.0)
+
+    def fit(self, candidate, start=None, fold=None, thorough=True):
+        """Fit a candidate to all groups, or to every second one; None if it cannot exist."""
+        recordings, forms = self.recordings, candidate.forms
+        one, two, nominal = recordings.one, _record_without(recordings.two, forms), (
+            recordings.nominal)
+        same = start is not None and start.candidate.key == candidate.key
+        if fold is not None:
+            one, two = (_every_second(s, fold) for s in (one, two))
+            found = fit(nominal.with_spectrum(one.mean),
+                        Averages(two.mean, one.freedom, two.freedom), forms, start.state.x,
+                        REFIT_STEPS)
+            # the prediction of all groups stands in where that of others cannot be
+            return self._fit(candidate, replace(found, prediction=start.state.prediction))
+        x = start.state.x if same else self._start(forms, two)
+        found = fit(nominal, Averages(two.mean, one.freedom, two.freedom), forms, x,
+                    STEPS if thorough else FIRST_STEPS, recordings.null.x)
+        return self._fit(candidate, found) if np.isfinite(found.likelihood) else None
+
+    def _start(self, forms, two):
+        """Return level, noise and coordinates at which a fit begins."""
+        recordings, numbers = self.recordings, [x for f in forms for x in f.start]
+        if not any(f.begin is not None or not f.numbers for f in forms):
+            return np.append(recordings.null.x, numbers)
+        # noise that stood in for an effect shall not stand in its way
+        one = recordings.one
+        level = distance(recordings.nominal, forms, numbers, two.mean, one.freedom, two.freedom)[1]
+        return np.append([level, 0.0], numbers)
+
+    def _fit(self, candidate, found):
+        likelihood = found.far if self.gap.deviations > LIMITS.gross.value else found.likelihood
+        return Fit(candidate, found.x[2:], found.covariance[2:, 2:], likelihood, found.x[:2],
+                   found)
+
+    def goodness_of_fit(self, fit, fold=None):
+        """Measure the gap of all groups, or of those outside a fold that the fit used."""
+        recordings = self.recordings
+        one, two = recordings.one, _record_without(recordings.two, fit.candidate.forms)
+        prediction, (floor, spread) = fit.state.prediction, recordings.floor_factors
+        if fold is not None:
+            one, two = (_every_second(s, 1 - fold) for s in (one, two))
+            there = predict(recordings.nominal.with_spectrum(one.mean), fit.candidate.forms,
+                            fit.state.x).turned(fit.state.turn)
+            prediction, floor = (there if there.possible else prediction), 1.0
+        gap = compare(one, two, prediction, recordings.nominal.trust)
+        return GapStatistic(gap.value, floor * gap.floor, spread * gap.floor_std)
+
+    def bonus(self, fit, detections):
+        """Return the log odds of the detections that the forms come from."""
+        return fit.candidate.bonus
+
+    def log_prior_ratio(self, fit):
+        """Return the log of posterior over prior volume of a fit."""
+        return fit.candidate.log_prior_ratio(fit.estimate, fit.covariance)
+
+    def localise(self, fit=None, probability=0.0):
+        """Return where the gap lies; a fit of all modes says which of them, if it is probable."""
+        return localised(self.recordings, self.gap, fit if probability > 0.5 else None)
+
+    def alike(self, found, ranked):
+        """Return the effects whose forms are one without geometry."""
+        candidate = ranked.fit.candidate
+        return tuple(dict.fromkeys((*candidate.names, *candidate.equivalents)))
+
+    def parameters(self, ranked, detections=()):
+        """Return the coordinates of the forms with their intervals, and what was read off."""
+        return parameters_of(ranked.fit)
+
+
+def _record_without(two, forms):
+    """Return the spectra of the record without the levels and cells that forms account for."""
+    for form in forms:
+        two = two if form.levels is None else two.levelled(form.levels)
+        two = two if form.masked is None else two.without(form.masked)
+    return two
+
+
+def _every_second(spectra, first):
+    return spectra.only(np.arange(first, len(spectra), 2))

@@ -1,0 +1,158 @@
+"""Where fits of effects begin: starting values and what scores say of them, for a model."""
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+
+from ssi_ros.effects import effect_class, places
+from ssi_ros.gap.candidate import Candidate
+from ssi_ros.gap.selection.thresholds import SELECTION as LIMITS
+from ssi_ros.quantity import quantities
+
+OTHERS = 5              # starts of an effect beside its best
+MOST_PAIRS = 4000       # pairs of templates that are looked through for the best
+FACTORS = (0.3, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0)    # starting values of a large size
+SIZE_STEPS = 1e-4, 30.0     # smallest and largest factor that a score may put on a starting value
+
+
+def starting_points(classes, spacecraft):
+    """Return every effect that has an expected spectrum at every place and starting value."""
+    found = []
+    for cls in classes:
+        if not cls.spectral:
+            continue
+        for place in places(cls, spacecraft):
+            starts = cls.starts_on(spacecraft, place)
+            found += [cls(**place, **dict(zip(starts, v))) for v in product(*starts.values())]
+    return [e for e in found if not e.is_null]
+
+
+def promising(scores, count):
+    """Return the best start of each of the best effects, at the size that its score says."""
+    gains, found = scores.gains(), {}
+    for i in np.argsort(-gains):
+        if gains[i] < LIMITS['promising'].value or len(found) == count:
+            break
+        found.setdefault(scores.effects[i].name, at_size(scores.effects[i], scores.size[i]))
+    return list(found.values())
+
+
+def elsewhere(scores, likely):
+    """Return other good starts of effects near the best one: a mass may sit in many basins."""
+    # Of a quantity with many starts each value is tried, if its effect is among the best: a
+    # template in the wrong basin says little.
+    gains, margin = scores.gains(), LIMITS['pruning_margin'].value
+    best, found, tops = gains.max(), {}, {}
+    for i in np.argsort(-gains):
+        effect = scores.effects[i]
+        if gains[i] < LIMITS['promising'].value:
+            break
+        top = tops.setdefault(effect.name, gains[i])
+        first = next((e for e in likely if e.name == effect.name), None)
+        rest = found.setdefault(effect.name, [])
+        if first is None or len(rest) == OTHERS:
+            continue
+        others = [f.name for f in quantities(effect) if f.name != effect.size]
+        many = [n for n in others if len(effect.starts.get(n, ())) > 2]
+        near = gains[i] >= best - max(margin, best / 2)
+        basin = many and top >= best - margin and _same(
+            effect, first, [f.name for f in effect.words()])
+        if (near or basin) and not any(
+                _same(effect, k, many or others) for k in ([first, *rest] if many else [first])):
+            rest.append(at_size(effect, scores.size[i]))
+    return [e for rest in found.values() for e in rest]
+
+
+def _same(one, other, names):
+    return all(getattr(one, n) == getattr(other, n) for n in names)
+
+
+def extensions(effect, names):
+    """Return effects with all quantities of another, at its values, and more of a small size."""
+    # A hinge with play is a hinge: it is as good an answer as long as nothing shows the play.
+    shared, found = {f.name for f in quantities(effect)}, []
+    for name in names:
+        cls = effect_class(name)
+        if cls is type(effect) or not cls.nonlinear or not cls.spectral:
+            continue
+        common = {f.name: getattr(effect, f.name) for f in quantities(cls) if f.name in shared
+                  and f.name != cls.size}
+        if {f.name for f in quantities(cls)} - {cls.size} == set(common) and len(common) > 1:
+            found.append(cls(**common, **{cls.size: min(cls.starts[cls.size])}))
+    return found
+
+
+def replacements(scores, candidate):
+    """Return candidates in which one effect is replaced by a nearly indistinguishable one."""
+    found = {}
+    for effect in candidate.effects:
+        others = tuple(e for e in candidate.effects if e is not effect)
+        own = [i for i, e in enumerate(scores.effects) if e.name == effect.name
+               and _same(e, effect, [f.name for f in effect.words()])]
+        alike = np.abs(scores.cosine[own]).max(axis=0, initial=0.0)
+        for j in np.flatnonzero(alike > LIMITS['indistinguishable'].value):
+            e = scores.effects[j]
+            if e.name not in candidate.names and not e.nonlinear:
+                found.setdefault((e.name, others), Candidate(
+                    (*others, at_size(e, scores.size[j]))))
+    return list(found.values())
+
+
+def promising_pairs(scores, count):
+    """Return the pairs of different effects whose templates explain most together."""
+    z, r = scores.z, scores.cosine
+    both = (z[:, None] ** 2 + z ** 2 - 2 * r * np.outer(z, z)) / np.maximum(1 - r ** 2, 0.02) / 2
+    names = np.array([e.name for e in scores.effects])
+    both[names[:, None] == names] = 0.0
+    found = {}
+    for flat in np.argsort(-both, axis=None)[:MOST_PAIRS]:
+        i, j = np.unravel_index(flat, both.shape)
+        inner = np.linalg.solve(np.array([[1, r[i, j]], [r[i, j], 1 + 1e-6]]), [z[i], z[j]])
+        sizes = inner / scores.detection[[i, j]]
+        effects = (scores.effects[i], scores.effects[j])
+        if i > j or any(e.one_sided() and s <= 0 for e, s in zip(effects, sizes)):
+            continue
+        key = frozenset((names[i], names[j]))
+        found.setdefault(key, tuple(at_size(e, s) for e, s in zip(effects, sizes)))
+        if len(found) == count:
+            break
+    return list(found.values())
+
+
+def unique_places(candidates):
+    """Return the first candidate of each combination of effects and places."""
+    found = {}
+    for candidate in candidates:
+        found.setdefault(tuple(sorted(
+            (e.name, *(getattr(e, f.name) for f in e.words())) for e in candidate.effects)),
+            candidate)
+    return tuple(found.values())
+
+
+def at_size(effect, size):
+    """Return an effect at the size whose change of the spectrum is `size` times its own."""
+    share = float(np.clip(abs(size), *SIZE_STEPS)) ** (1.0 / effect.power)
+    values = {}
+    for f in effect.numbers():
+        null, value = f.default, getattr(effect, f.name)
+        if f.name not in (effect.size, *effect.together):
+            continue
+        if np.isfinite(null):
+            value = null + np.copysign(share, size or 1.0) * (value - null)
+        else:
+            value = value * share
+        values[f.name] = min(max(value, f.metadata['low']), f.metadata['high'])
+    return replace(effect, **values)
+
+
+def brackets(effect):
+    """Return an effect at sizes over its declared range, near enough that a fit finds any."""
+    f = next(f for f in effect.numbers() if f.name == effect.size)
+    start = max((abs(v - f.default) for v in effect.starts[f.name] if np.isfinite(f.default)),
+                default=None)
+    if start is None or not effect.spectral:
+        return []
+    signs = (1.0,) if effect.one_sided() else (-1.0, 1.0)
+    values = [f.default + s * start * k for s in signs for k in FACTORS]
+    return [replace(effect, **{f.name: v}) for v in values
+            if f.metadata['low'] <= v <= f.metadata['high']]

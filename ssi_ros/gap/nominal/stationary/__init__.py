@@ -1,0 +1,1 @@
+"""Detections in a recording under random excitation, each compared with the reference."""

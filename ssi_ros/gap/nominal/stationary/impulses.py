@@ -1,0 +1,168 @@
+"""
+Pulses in a record that the reference does not have, by their size and by their shape, (161).
+
+A pulse that is far from the channels arrives as a wave of many samples, each below the noise. But
+all pulses from one place have one shape: that of the loudest in one half of a record is searched
+in the other half, which is independent of it.
+"""
+from functools import partial
+
+import numpy as np
+from scipy.ndimage import maximum_filter1d, uniform_filter1d
+from scipy.signal import fftconvolve
+from scipy.stats import t as student
+
+from ssi_ros.effects import ModalPattern
+from ssi_ros.effects.registry import detects
+from ssi_ros.events.detector import event_in
+from ssi_ros.gap.comparison import Detection
+from ssi_ros.gap.nominal.forms.candidate import Form, Number
+from ssi_ros.gap.nominal.matrices import matrix_power, positive
+from ssi_ros.gap.nominal.stationary.level import WINDOWS
+from ssi_ros.gap.nominal.stationary.prediction_error import PREDICTED, predictor
+from ssi_ros.gap.nominal.stationary.samples import EXACT
+from ssi_ros.gap.nominal.thresholds import LIMITS
+
+SHAPE = 96              # samples of a pulse, at most
+BURST = 16              # samples in which the loudest places are searched
+BEGUN = 4               # of them, with which shapes begin
+ALIKE = 24              # of the best matches, of which the next shape is the mean
+TURNS = 6               # of learning
+LEVEL = 10              # shapes around one over which the level is taken
+MOST = 400              # pulses that are counted
+
+
+@detects('impulsive_events', of='recordings')
+def impulses(effect, recordings):
+    """Detect impulses by their size or by their common shape."""
+    event, rate_hz = event_in(effect, recordings), recordings.pair.rate_hz
+    found = pulses(*recordings.slew_normalised) if event is None else None
+    if found is None:
+        return event
+    p, count, text = found
+    rate = 60 * rate_hz * count / len(recordings.slew_normalised[1])
+    return Detection(effect.name, {'rate_per_min': float(rate)}, max(p, EXACT), text,
+                     basis=partial(impulse_forms, rate_per_min=float(rate)))
+
+
+def pulses(residual_one, residual_two):
+    """Compare pulses in white prediction errors (n, l), (161): p-value, count, words, or None."""
+    both = _steady(residual_one), _steady(residual_two)
+    tests = [(2 * p, count, text) for p, count, text in (_large(*both), _shaped(*both))]
+    found = [f for f in tests
+             if f[0] < LIMITS.detected.value and f[1] >= LIMITS.fewest_pulses.value]
+    if not found:
+        return None
+    # those that stand out by themselves are counted best
+    return float(min(f[0] for f in found)), *found[0][1:]
+
+
+def _large(residual_one, residual_two):
+    """Return chance, count and words of samples that stand out, by their fourth moment."""
+    before, after = _peaked(residual_one), _peaked(residual_two)
+    z = (after[0] - before[0]) / np.hypot(after[1], before[1])
+    sizes = np.sqrt((residual_two ** 2).mean(axis=1))
+    beyond = np.flatnonzero(sizes > _threshold(residual_one))
+    # few events are few degrees of freedom for a moment; but where the recordings do not differ
+    # each of the largest is in either by its length
+    events = np.count_nonzero(np.diff(beyond, prepend=-PREDICTED - 1) > PREDICTED)
+    share = len(residual_two) / (len(residual_one) + len(residual_two))
+    p = min(float(student.sf(z, 20)), share ** events)
+    return p, len(beyond), f'{len(beyond)} samples are unpredictable beyond all of the reference'
+
+
+def _threshold(residual):
+    """Return a size of residuals that a recording without pulses hardly reaches."""
+    sizes = np.sqrt((residual ** 2).mean(axis=1))
+    return max(sizes.max(), sizes.mean() + LIMITS.pulse.value * sizes.std())
+
+
+def _peaked(residual):
+    """Return the fourth moment over that of a Gaussian, and its spread from 20 blocks."""
+    power = (residual ** 2).mean(axis=1)
+    blocks = np.array([np.mean(b ** 2) / np.mean(b) ** 2 for b in np.array_split(power, 20)])
+    return blocks.mean(), blocks.std(ddof=1) / np.sqrt(20)
+
+
+def _shaped(residual_one, residual_two):
+    """Return chance, count and words of pulses of one shape, learnt in one half of the record."""
+    middle = len(residual_two) // 2
+    if middle < 2 * ALIKE * SHAPE:
+        return 1.0, 0, ''
+    halves = residual_two[:middle], residual_two[middle:]
+    count = 0
+    for learnt, tried in (halves, halves[::-1]):
+        shape = learn(learnt)
+        beyond = np.abs(matched(residual_one, shape)).max()
+        sizes = np.abs(matched(tried, shape))
+        count += np.count_nonzero(sizes[_places(sizes, MOST)] > beyond)
+    # the largest of a half and of the reference are in the half by its length, each time anew
+    own = middle / (middle + len(residual_one))
+    return (own ** count * (1 + count * (1 - own)), count,
+            f'{count} events of one shape are larger than all of that shape in the reference')
+
+
+def _steady(residual):
+    """Return residuals over their level around: crests of a modulated level are no pulses."""
+    around = max(LEVEL * SHAPE, len(residual) // WINDOWS)
+    return residual / np.sqrt(uniform_filter1d((residual ** 2).mean(axis=1), around))[:, None]
+
+
+def learn(residual):
+    """Return the shape that the loudest events have in common, (SHAPE, l)."""
+    # Each of the loudest places begins one: it is searched everywhere, and the mean of the best
+    # matches, turned to one sign, is the next.
+    half = SHAPE // 2
+    burst = uniform_filter1d((residual ** 2).sum(axis=1), BURST)[half:-half]
+    best = (-1.0, None)
+    for start in _places(burst, BEGUN):
+        shape = residual[start:start + SHAPE]
+        for _ in range(TURNS):
+            match = matched(residual, shape)
+            at = _places(np.abs(match), ALIKE)
+            shape = np.mean([np.sign(match[k]) * residual[k:k + SHAPE] for k in at], axis=0)
+        best = max(best, (float(np.abs(match[at]).mean()), shape), key=lambda b: b[0])
+    return best[1]
+
+
+def matched(residual, shape):
+    """Return how much of a shape begins at each row, of unit variance in white noise."""
+    return fftconvolve(residual, shape[::-1], 'valid', axes=0).sum(axis=1) / np.linalg.norm(shape)
+
+
+def _places(sizes, most):
+    """Return the places of the largest values, each the largest within a shape."""
+    tops = np.flatnonzero(sizes == maximum_filter1d(sizes, 2 * SHAPE + 1))
+    return tops[np.argsort(-sizes[tops])][:most]
+
+
+def impulse_forms(recordings, rate_per_min):
+    """Return the forms of pulses: the spectrum of their shape, one number, (161b)."""
+    # And what the record has beyond the level, for pulses of no one shape: there each number of
+    # their spectrum is measured, and paid for.
+    record, two, null = recordings.clean.record, recordings.two, recordings.null
+    prediction = predictor(record)
+    residual = prediction.residual(record)
+    shape = learn(_steady(residual))
+    shape = shape / np.linalg.norm(shape)
+    sizes = np.abs(matched(residual, shape))
+    count = rate_per_min / 60 * len(residual) / two.cut.rate_hz
+    heights = sizes[_places(sizes, max(int(np.rint(count)), 1))]
+    power = np.sum(np.maximum(heights ** 2 - 1, 0.0)) / len(residual)
+    cycles = two.cut.middles_hz / two.cut.rate_hz
+    transfer = prediction.shaping(cycles)
+    # the bands resolve the resonances better than the prediction does
+    root = matrix_power(transfer @ transfer.conj().swapaxes(-1, -2), 0.5)
+    back = np.linalg.inv(root)
+    transfer = back @ matrix_power(root @ two.mean @ root, 0.5) @ back @ transfer
+    turns = np.exp(-2j * np.pi * np.outer(cycles, np.arange(SHAPE)))
+    pulse = np.einsum('bij,bj->bi', transfer, turns @ shape)
+    level = np.exp(null.x[0])
+    added = power * pulse[:, :, None] * pulse[:, None, :].conj() / level
+    any_shape = positive(two.mean - null.prediction.mean) / level
+    # a joint with play that a louder motion opens impacts as well
+    pattern = ModalPattern.IMPULSES if recordings.level > LIMITS.other_level.value else None
+    return (Form({}, (Number('relative_power', '1', 1.0, 0.0, 100.0),),
+                 lambda n, x: (None, x[0] * added), pattern=pattern),
+            Form({}, (), lambda n, x: (None, any_shape), measured=any_shape.size / 3,
+                 pattern=pattern))

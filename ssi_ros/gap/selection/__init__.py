@@ -1,0 +1,1 @@
+"""Which candidates explain the gap: search, evidence, held-out validation, conclusion."""

@@ -1,0 +1,235 @@
+"""From validated candidates to an answer: outcome, probabilities, classes, what to do next."""
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.stats import norm
+
+from ssi_ros.effects import effect_class
+from ssi_ros.effects.base import Site
+from ssi_ros.gap.comparison import Comparison, Location, Residual
+from ssi_ros.gap.diagnosis import Diagnosis, Explanation, p_value_text
+from ssi_ros.gap.selection.cross_validation import reduction
+from ssi_ros.gap.selection.evidence import posterior, Ranked, undetected
+from ssi_ros.gap.selection.thresholds import SELECTION as LIMITS
+from ssi_ros.gap.settings import DiagnosisSettings
+
+NOWHERE = (float('nan'),) * 3
+OWN_ERROR = 'model_error'       # in the class of an effect that the nominal's own error looks like
+NO_VERDICT = {'effects': (), 'class': (), 'probability': 0.0}
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """All that a conclusion is drawn from."""
+
+    comparison: Comparison      # nominal and record
+    settings: DiagnosisSettings     # prior probabilities and temperature
+    found: Residual             # tests of the nominal without effects
+    location: Location          # where the gap lies
+    ranked: tuple = ()          # validated candidates, best first
+    null: Ranked = None         # the nominal without effects, validated
+    residual: Residual = None   # what the best candidate leaves
+    controls: tuple = ()        # what is no explanation, validated like one
+
+    @property
+    def gap(self):
+        """Return the gap of the nominal as the answer has it."""
+        return {'before': self.found.gap.value, 'floor': self.found.gap.floor,
+                'floor_std': self.found.gap.floor_std, 'p_value': self.found.p_value}
+
+    @property
+    def texts(self):
+        """Return what detectors found, in sentences."""
+        if self.residual is None or not self.ranked:
+            shown = self.found.detections + self.found.anomalies
+        else:
+            # a mode that moved is like a line beside it: what its effect explains is not repeated
+            names = self.ranked[0].names
+            shown = tuple(d for d in self.found.detections if d.effect in names)
+            shown += self.residual.detections + self.residual.anomalies
+        # the open-set test also returns what is probable
+        return self.comparison.notes + tuple(
+            d.text for d in shown if d.text and d.p_value <= LIMITS['shown'].value)
+
+
+def no_gap(case):
+    """Return the answer where the record is what the nominal expects."""
+    probability, small = undetected(case.found.score_test, case.comparison.effects,
+                                    case.settings)
+    none = _pseudo('none', probability, case.found.gap.value, NOWHERE, True)
+    others = [_pseudo(n, p, float('nan'), NOWHERE, True)
+              for n, p in sorted(small.items(), key=lambda item: -item[1])]
+    rest = max(0.0, 1.0 - probability - sum(small.values()))
+    others.append(_pseudo('unknown', rest, float('nan'), NOWHERE, True))
+    return Diagnosis(
+        'WITHIN_FLOOR', f'the record is what the {case.comparison.kind} expects (p = '
+        f'{p_value_text(case.gap["p_value"])}); smaller effects stay possible', case.gap,
+        replace(case.location, site=dict.fromkeys((s.value for s in Site), 0.0)),
+        (none, *others), {**NO_VERDICT, 'probability': probability}, (), case.texts)
+
+
+def not_comparable(case, reason):
+    """Return the answer where the level alone says that record and nominal do not fit."""
+    # what detectors find in such data follows from the same cause
+    return replace(_unexplained(case, reason, _pseudo(
+        'unknown', 1.0, case.gap['before'], NOWHERE, False)), signs=case.comparison.notes)
+
+
+def too_little(reason, notes=()):
+    """Return the answer where the record is too short."""
+    nothing = float('nan')
+    nowhere = Location((), (), (), (), None, dict.fromkeys((s.value for s in Site), 0.0))
+    return Diagnosis('TOO_LITTLE_DATA', reason, dict.fromkeys(
+        ('before', 'floor', 'floor_std', 'p_value'), nothing), nowhere,
+        (_pseudo('unknown', 1.0, nothing, NOWHERE, False),), NO_VERDICT, (), notes)
+
+
+def conclude(case):
+    """Return the Diagnosis where there is a gap."""
+    if not case.ranked:
+        return _unexplained(case, 'none of the effects considered explains any of the gap',
+                            _pseudo('unknown', 1.0, case.null.value, (0.0,) * 3, False))
+    best, residual = case.ranked[0], case.residual
+    anomaly = min((a.p_value for a in residual.anomalies), default=1.0)
+    rest = residual.p_value
+    if not is_inside(best, residual):
+        # what a candidate leaves on segments that it was not fitted to counts too
+        rest = min(rest, float(norm.sf(best.deviations)), LIMITS['residual_p'].value)
+    shares, none, unknown = posterior(case.ranked, case.null, rest, anomaly,
+                                      len(case.comparison.effects), case.settings)
+    order = np.argsort(-shares, kind='stable')
+    ranked, shares = [case.ranked[i] for i in order], shares[order]
+    found = [_explanation(case, r, p) for r, p in zip(ranked, shares)]
+    tied, verdict = _class_of(case, found, ranked, shares)
+    if none > LIMITS['decides'].value:
+        verdict = {**NO_VERDICT, 'probability': none}
+    outcome, reason = _outcome(case, best, found[0], tied, (none, unknown, shares.sum()))
+    if outcome == 'UNEXPLAINED':
+        # that it is none of these, not the nearest of them
+        verdict = {**NO_VERDICT, 'probability': unknown}
+    gap = case.null.value
+    others = (_pseudo('unknown', unknown, gap, (0.0,) * 3, False),
+              _pseudo('none', none, gap, (0.0,) * 3, False))
+    where = replace(case.location, site=_sites(case.found.score_test, ranked, shares),
+                    sensors=_sensors(case.location.sensors, ranked, shares))
+    return Diagnosis(
+        outcome, reason, case.gap, where, tuple(found) + others, verdict,
+        separate_by(verdict['class']), case.texts,
+        tuple({'effects': c.names or ('none',), 'closed': reduction(case.null, c)[0]}
+              for c in case.controls))
+
+
+def is_inside(ranked, residual):
+    """Return whether what a candidate leaves is inside the floor."""
+    return ranked.inside and residual.p_value >= LIMITS['residual_p'].value
+
+
+def separate_by(names):
+    """Return what would distinguish the effects of a class."""
+    if len(names) < 2:
+        return ()
+    classes = [effect_class(n) for n in names if n != OWN_ERROR]
+    sites, words = {c.site for c in classes}, []
+    if Site.TIMING in sites:
+        words.append('time stamps of an independent clock')
+    if Site.EXCITATION in sites:
+        words.append('another excitation, such as a slew or a known torque')
+    if Site.SENSOR in sites:
+        words.append('a sensor moved to another place, or two sensors swapped')
+    if OWN_ERROR in names:
+        words.append('a healthy recording to calibrate the model on')
+    if sum(c.site is Site.STRUCTURE for c in classes) > 1:
+        words.append('a longer record, or another level of excitation')
+    return tuple(words)
+
+
+def _outcome(case, best, top, tied, shares):
+    """Return the outcome and the sentence that says why."""
+    none, unknown, known = shares
+    words = ' + '.join(top.effects)
+    removed = '' if np.isnan(top.closed) else f'removes {100 * top.closed:.0f} % of the gap and '
+    removed += ('leaves nothing above its floor'
+                if best.deviations <= LIMITS['residual_deviations'].value else
+                f'leaves {best.deviations:.1f} standard deviations above its floor')
+    if none > LIMITS['decides'].value:
+        return 'WITHIN_FLOOR', (
+            f'no effect explains the record better than chance does (p = '
+            f'{p_value_text(case.gap["p_value"])}); the nearest is {words}')
+    if not is_inside(best, case.residual) or (
+            unknown > LIMITS['decides'].value and top.probability < LIMITS['unlikely'].value):
+        return 'UNEXPLAINED', f'the nearest effect, {words}, {removed}'
+    equal = list(dict.fromkeys(' + '.join(e.effects) for e in tied))
+    if top.probability < LIMITS['no_tie'].value * max(known, 1e-300) and len(equal) > 1:
+        return 'TIED', f'{" and ".join(equal)} fit equally well; {words} {removed}'
+    if case.comparison.own_error(best):
+        return 'TIED', f'{words} and an error of the model within its declared uncertainty ' \
+            f'look the same; {words} {removed}'
+    if best.fit.candidate.equivalents:
+        alike = (*top.effects, *best.fit.candidate.equivalents)
+        return 'TIED', f'{", ".join(dict.fromkeys(alike))} cannot be distinguished here; ' \
+            f'the change {removed}'
+    return 'EXPLAINED', f'{words} {removed}'
+
+
+def _class_of(case, found, ranked, shares):
+    """Return the explanations that tie with the first, and the verdict with its class."""
+    top, known = found[0], max(shares.sum(), 1e-300)
+    tied = [e for e in found if len(e.effects) == len(top.effects)
+            and (e.effects == top.effects
+                 or e.probability > LIMITS['tied_share'].value * known)]
+    # a form that is hardly less likely has its class too: all are approximate
+    near = [r for r, p in zip(ranked, shares) if len(r.names) == len(top.effects)
+            and p > LIMITS['near_form'].value * known]
+    own = (OWN_ERROR,) * case.comparison.own_error(ranked[0])
+    alike = dict.fromkeys(top.alike + own + tuple(n for e in tied for n in e.effects)
+                          + tuple(n for r in near for n in r.fit.candidate.equivalents))
+    return tied, {'effects': top.effects, 'class': tuple(alike),
+                  'probability': float(sum(e.probability for e in tied))}
+
+
+def _explanation(case, ranked, probability):
+    share, low, high = reduction(case.null, ranked)
+    return Explanation(
+        ranked.names, float(probability), case.comparison.alike(case.found, ranked),
+        case.comparison.parameters(ranked, case.found.detections), ranked.value, share, low, high,
+        ranked.inside, case.comparison.built(ranked, case.found.detections))
+
+
+def _pseudo(name, probability, gap, closed, inside):
+    """Return the row of `none`, of `unknown`, or of an effect below the detection limit."""
+    return Explanation((name,), probability, (name,), {}, gap, *closed, inside)
+
+
+def _unexplained(case, reason, unknown):
+    where = replace(case.location, site=_sites(case.found.score_test, (), ()))
+    return Diagnosis('UNEXPLAINED', reason, case.gap, where, (unknown,),
+                     {**NO_VERDICT, 'probability': unknown.probability}, (),
+                     case.texts)
+
+
+def _sensors(sensors, ranked, shares):
+    """Return shares of the sensors: candidates that name a channel speak for it."""
+    named = dict.fromkeys((s['name'] for s in sensors), 0.0)
+    for r, p in zip(ranked, shares):
+        for channel in r.fit.candidate.channels:
+            if channel in named:
+                named[channel] += float(p) / len(r.names)
+    rest = max(0.0, 1.0 - sum(named.values()))
+    return tuple({**s, 'share': named[s['name']] + rest * s['share']} for s in sensors)
+
+
+def _sites(test, ranked, shares):
+    """Return the share of every site: by the candidates, the nearest if none, or by scores."""
+    sites = dict.fromkeys((s.value for s in Site), 0.0)
+    if len(shares) and np.sum(shares) < 1e-9:
+        shares = np.eye(len(shares))[0]
+    for r, p in zip(ranked, shares):
+        for name in r.names:
+            sites[effect_class(name).site.value] += float(p) / len(r.names)
+    total = sum(sites.values())
+    if total < 1e-9:
+        for owners, z in zip(test.owners, test.z):
+            site = effect_class(owners[0]).site.value
+            sites[site] = max(sites[site], float(z) ** 2)
+        total = sum(sites.values())
+    return {s: v / max(total, 1e-300) for s, v in sites.items()}

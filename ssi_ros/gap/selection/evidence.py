@@ -1,0 +1,185 @@
+"""
+The evidence for a candidate, and the probabilities that follow, eq. (112) to (113b).
+
+The evidence is the likelihood at the fit less what the candidate's freedom costs (Laplace), so
+that four quantities do not win by their number.
+"""
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ssi_ros.gap.selection.thresholds import SELECTION as LIMITS
+
+GRID = 300              # sizes that stand for all, 1
+SIZES = np.geomspace(0.3, 30.0, 9)      # of an undetected effect [deviations], even in logarithm
+
+
+@dataclass(frozen=True)
+class SizePrior:
+    """
+    The prior of a size: even in the logarithm of its deviations, from some that no record shows.
+
+    `distance` is that of the estimate from its null value in its coordinate, or None where the
+    coordinate is a logarithm; the spectrum changes by the given power of the size.
+    """
+
+    distance: float
+    one_sided: bool
+    power: float = 1.0
+
+
+@dataclass(frozen=True)
+class RangePrior:
+    """The prior of a place or a constant: even over a width of its coordinate."""
+
+    width: float
+
+
+@dataclass(frozen=True, eq=False)
+class Ranked:
+    """A fitted candidate and what speaks for it."""
+
+    fit: Any                # `Fit` to all segments
+    bonus: float = 0.0      # log odds of detections that the spectrum does not show
+    prior: float = 0.0      # log of posterior over prior volume of its quantities and places
+    correction: float = 0.0     # log likelihood that inexact spectra lose in simulation
+    held_out: tuple = ()    # `GapStatistic`s on what each of two fits did not use; validated only
+    estimate: Any = None    # indirect-inference estimate, in place of the fit's
+    floor: Any = None       # what it leaves of records that it simulates, where computed
+
+    @property
+    def names(self):
+        """Names of the effects."""
+        return self.fit.candidate.names
+
+    @property
+    def log_evidence(self):
+        """Log evidence, eq. (112)."""
+        return self.fit.log_likelihood + self.bonus + self.prior + self.correction
+
+    @property
+    def value(self):
+        """Held-out gap, mean of the two folds [nats]."""
+        return float(np.mean([g.value for g in self.held_out]))
+
+    @property
+    def deviations(self):
+        """Return the standard deviations by which the held-out gap exceeds its floor, (119)."""
+        mean, scatter = self.simulated
+        return (above_floor(self.held_out) - mean) / scatter
+
+    @property
+    def inside(self):
+        """Whether the held-out gap is inside its floor."""
+        return bool(self.deviations <= LIMITS['residual_deviations'].value)
+
+    @property
+    def simulated(self):
+        """Mean and standard deviation of its deviations over records that it simulates."""
+        return (max(self.floor.halves, 0.0), self.floor.spread_of_halves) if self.floor else (
+            0.0, 1.0)
+
+
+def above_floor(gaps):
+    """Return by how many standard deviations the mean of gaps of separate segments is large."""
+    spread = np.sqrt(np.sum([g.floor_std ** 2 for g in gaps])) / len(gaps)
+    return float(np.mean([g.value - g.floor for g in gaps]) / spread)
+
+
+def log_prior_ratio(priors, covariance):
+    """Return the log of posterior over prior volume, of p priors and their covariance (p, p)."""
+    if not priors:
+        return 0.0
+    widths, sizes = [], 0.0
+    for prior, variance in zip(priors, np.diag(covariance)):
+        if isinstance(prior, RangePrior):
+            widths.append(prior.width)
+            continue
+        is_log = prior.distance is None
+        decades = LIMITS['size_range'].value
+        width = decades if is_log else 2 * decades * max(abs(prior.distance), 1e-12)
+        # by its deviations, in place of the logarithm that the covariance is of
+        power = abs(prior.power) if is_log else 1.0
+        away = 1 / power if is_log else prior.distance
+        sizes += (np.log(size_factor(away / np.sqrt(variance), prior.one_sided, power))
+                  + np.log1p(width ** 2 / (2 * np.pi * variance)) / 2)
+        widths.append(width)
+    scale = np.array(widths) / np.sqrt(2 * np.pi)
+    ratio = np.eye(len(scale)) + np.linalg.pinv(covariance / np.outer(scale, scale),
+                                                hermitian=True)
+    return -0.5 * float(np.linalg.slogdet(ratio)[1]) + float(sizes)
+
+
+def size_factor(deviations, one_sided, power=1.0):
+    """
+    Return the mean likelihood of a size over its prior, over that of the fitted one, eq. (112a).
+
+    Where a size changes a spectrum by a power of it, the likelihood is Gaussian in that power:
+    also of sizes near zero, of which a quadratic in the logarithm says that they are as unlikely
+    as large ones. So a size below the detection limit has a fifth of what the model without has.
+    """
+    span = LIMITS['size_range'].value * power
+    if abs(deviations) > LIMITS['narrow_posterior'].value:
+        return np.sqrt(2 * np.pi) / span / abs(deviations) / (1 if one_sided else 2)
+    d = np.exp(span * ((np.arange(GRID) + 0.5) / GRID - LIMITS['undetectable_sizes'].value))
+    there = np.exp(-(d - deviations) ** 2 / 2).mean()
+    return there if one_sided else (there + np.exp(-(d + deviations) ** 2 / 2).mean()) / 2
+
+
+def log_prior(names, settings, effects):
+    """Return the log prior probability of the candidates with these effects, each."""
+    if len(names) == 1:
+        return np.log(settings.prior_single / effects)
+    return np.log(settings.prior_pair / max(effects * (effects - 1) / 2, 1))
+
+
+def log_posterior(ranked, settings, effects):
+    """Return log evidence and prior, by which candidates are ordered."""
+    return ranked.log_evidence + log_prior(ranked.names, settings, effects)
+
+
+def posterior(ranked, null, residual, anomaly, effects, settings):
+    """
+    Return probabilities of n candidates (n,), of "none" and of "unknown", of sum 1, eq. (113b).
+
+    Unknown is also what another effect, below the detection limit, adds to a single one. Its odds
+    against the best candidate follow from the p-value of what that leaves, `residual`, and against
+    none from that of anomalies. `effects` is the number of effects that were considered.
+    """
+    logs = np.array([log_posterior(r, settings, effects) for r in ranked]
+                    + [null.log_evidence + np.log(settings.prior_none)])
+    # Where something else is there, the residual is improbable: p has the density a p^(a - 1).
+    a = LIMITS['alternative_exponent'].value
+    rest, rare = (np.log(a) + (a - 1) * np.log(max(p, 1e-300)) for p in (residual, anomaly))
+    logs = (logs - logs.max()) / settings.temperature
+    unknown = np.log(settings.prior_unknown)
+    logs = np.append(logs, max(unknown - np.log(settings.prior_single) + rest,
+                               unknown - np.log(settings.prior_none) + rare + logs[-1]))
+    weights = np.exp(logs - logs.max())
+    alone = [w for r, w in zip(ranked, weights) if len(r.names) == 1]
+    hidden = settings.prior_pair / settings.prior_single * LIMITS['undetected_share'].value
+    weights[-1] += hidden * sum(alone)
+    weights = weights / weights.sum()
+    return weights[:-2], float(weights[-2]), float(weights[-1])
+
+
+def undetected(test, effects, settings):
+    """
+    Return probabilities of no effect and, by name, of effects below the detection limit, (113a).
+
+    The score test has detected no gap. What is missing to 1 is for pairs and something unknown.
+    """
+    z = np.array(test.z)[:, None]
+    there = np.exp(z * SIZES - SIZES ** 2 / 2)
+    other = np.exp(-z * SIZES - SIZES ** 2 / 2)
+    ratios = np.where(np.reshape(test.one_sided, (-1, 1)), there, (there + other) / 2).mean(axis=1)
+    share, each = LIMITS['undetected_share'].value, {}
+    for name in effects:
+        own = [r for r, owners in zip(ratios, test.owners) if name in owners]
+        each[name] = np.mean(own) if own else share
+    mean = float(np.mean(list(each.values())))
+    total = (settings.prior_none + settings.prior_single * mean + settings.prior_pair * mean ** 2
+             + settings.prior_unknown * share)
+    return settings.prior_none / total, {
+        n: float(settings.prior_single / len(effects) * r / total) for n, r in each.items()}

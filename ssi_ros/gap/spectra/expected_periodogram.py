@@ -1,0 +1,240 @@
+"""The expected periodogram of a setup, exact with taper and aliases, eq. (94) and (95)."""
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ssi_ros.effects.edits import scale_stiffness
+from ssi_ros.effects.statistical_linearisation import LinearisationResidual, linearise
+from ssi_ros.model.disturbances import Chirp, Sine
+from ssi_ros.model.excitation import Coloured, Varying, White
+from ssi_ros.model.sensors import Noise
+from ssi_ros.model.statespace import stationary_divisor
+
+ROUNDING = 1e-6         # by which the poles of a rigid body may leave the unit circle
+
+
+@dataclass(frozen=True, eq=False)
+class Expected:
+    """Expected periodograms, linear in the levels: S = fixed + sum_c level_c shares_c."""
+
+    names: tuple        # of the levels: each random part of the excitation, sensor noise
+    shares: tuple       # (a, k, l, l) of each; a is 1, or all segments where they differ
+    fixed: np.ndarray   # (a, k, l, l), what no level scales: lines, low-frequency noise
+    near: tuple = None  # linear equivalents of nonlinear hinges, `Setup.near`
+
+    def at(self, levels):
+        """Return S at the levels, shape (a, k, l, l)."""
+        total = self.fixed
+        for level, share in zip(levels, self.shares):
+            total = total + level * share
+        return total
+
+    @property
+    def at_nominal(self):
+        """Return S at nominal levels, shape (a, k, l, l)."""
+        return self.at(np.ones(len(self.names)))
+
+
+def power_of(shares):
+    """Return the power of parts of an expected spectrum."""
+    return float(sum(np.trace(s.mean(axis=(0, 1))).real for s in shares))
+
+
+def expected(setup, frame, jitter_noise=None):
+    """
+    Compute the Expected of a setup, of `inject`, whose record is cut as a frame says.
+
+    The autocovariance of the sampled system is a sum of its poles, eq. (94); times the overlap
+    of the taper with itself, its Fourier transform is the mean of the periodogram, leakage and
+    aliases included. Nonlinear hinges enter by their equivalent linear ones. JitterNoise is of the
+    motion of a record; without it, that of the mean motion, eq. (95b), counts. Source: Sykulski et
+    al., Biometrika 106(2), 2019 (debiased Whittle).
+    """
+    if not setup.drift:
+        return _steady(linearise(setup), frame, jitter_noise)
+    arrays = [a.name for a in setup.spacecraft.arrays]
+    each = []
+    for segment in range(frame.segments):
+        change = setup.drift * (frame.begins_s[segment] + frame.span_s / 2) / setup.duration_s
+        system = scale_stiffness(setup.system, arrays, 1.0 + change)
+        each.append(_steady(linearise(replace(setup, system=system)), frame, jitter_noise))
+
+    def own(parts):
+        return np.stack([p[i % len(p)] for i, p in enumerate(parts)])
+    return Expected(each[0].names, tuple(own(s) for s in zip(*(e.shares for e in each))),
+                    own([e.fixed for e in each]))
+
+
+def _steady(setup, frame, jitter_noise):
+    system, rate_hz = setup.system, setup.system.rate_hz
+    sampled = system.state_space.discrete(rate_hz)
+    if np.abs(sampled.poles).max(initial=0.0) > 1 + ROUNDING:
+        raise ValueError('the system is not stable; it has no expected spectrum')
+    for row, column in setup.lags:
+        sampled = sampled.with_lag(row, column)
+    count = len(system.channels)
+    names, shares = [], []
+    fixed = np.zeros((1, frame.last - frame.first, count, count), complex)
+    sampling = _Sampling(setup, frame, jitter_noise)
+    powers = _powers(sampled.poles, frame.rows - 1)
+    for part in system.excitation:
+        inner, colour, level = part, 1.0, None
+        while isinstance(inner, (Varying, Coloured)):
+            if isinstance(inner, Coloured):
+                colour = colour * inner.power(frame.frequencies_hz)[:, None, None]
+            else:
+                level = inner
+            inner = inner.part
+        if isinstance(inner, (Sine, Chirp)):
+            share = _line(inner, sampled, system, frame)
+        else:
+            share = colour * _random(level, sampled, inner.covariance(rate_hz, system.inputs),
+                                     powers, frame)
+        share = sampling(share, inner)
+        if isinstance(inner, White):
+            names.append(inner.name)
+            shares.append(share)
+        elif isinstance(inner, LinearisationResidual):
+            shares[names.index(inner.name)] = shares[names.index(inner.name)] + share
+        else:
+            fixed = fixed + share
+    fixed = fixed + sampling.noise
+    white = np.zeros((1, 1, count, count))
+    for stage in system.chain:
+        gain = stage.response(np.zeros(1), count)[0]
+        shares = [_through(gain, s) for s in shares]
+        white, fixed = _through(gain, white), _through(gain, fixed)
+        if isinstance(stage, Noise):
+            white = white + stage.noise_covariance(count)
+        elif hasattr(stage, 'autocovariance'):
+            fixed = fixed + _transform(
+                stage.autocovariance(count, frame.rows, rate_hz), frame.overlap, frame)
+    shares.append(np.broadcast_to(white * frame.overlap[0] + 0j, fixed[:1].shape))
+    return Expected(tuple(names) + (Noise.name,), tuple(shares), fixed, setup.near)
+
+
+def _through(gain, spectrum):
+    """Return G S G^T; most stages are diagonal, or do nothing."""
+    own = np.diag(gain)
+    if np.any(gain != np.diag(own)):
+        return gain @ spectrum @ gain.T
+    return spectrum if np.all(own == 1.0) else np.outer(own, own) * spectrum
+
+
+def _powers(poles, count):
+    """Return the powers 0, 1, ... of poles, shape (count, poles), as products of two tables."""
+    logs = np.log(np.where(np.abs(poles) < 1e-300, 1e-300, poles))
+    width = int(np.sqrt(count)) + 1
+    fine, coarse = (np.exp(np.arange(width)[:, None] * step * logs) for step in (1, width))
+    return (coarse[:, None] * fine[None]).reshape(-1, len(poles))[:count]
+
+
+def _autocovariance(sampled, inputs, powers, turn=1.0):
+    """Return E[y(k + lag) y(k)^T] for lag = 0, 1, ..., shape (lags, l, l), eq. (94)."""
+    # With `turn` not 1 the part of it, complex, that goes with turn^k where the inputs do, (95a).
+    live = np.flatnonzero(inputs.any(axis=0))
+    pair = sampled.weight > 1
+    q = inputs[np.ix_(live, live)]
+    poles = np.concatenate([sampled.poles, sampled.poles[pair].conj()])
+    b = np.vstack([sampled.b, sampled.b[pair].conj()])[:, live]
+    c = np.hstack([sampled.c, sampled.c[:, pair].conj()])
+    d = sampled.d[:, live]
+    state = (b @ q @ b.conj().T) / stationary_divisor(poles, sampled.rate_hz, turn)
+    ahead = poles[:, None] * (state @ c.conj().T) + b @ q @ d.T        # E[z(k + 1) y(k)^T]
+    kept = len(sampled.poles)
+    count = len(c)
+    now = c @ state @ c.conj().T + d @ q @ d.T
+    # R(lag) = sum c_i pole_i^(lag - 1) ahead_i: one product for all lags
+    residues = (c.T[:, :, None] * ahead[:, None, :]).reshape(-1, count * count)
+    if turn == 1.0:
+        # poles in pairs: twice the real part of one of them
+        residues = sampled.weight[:, None] * residues[:kept]
+        out = np.empty((len(powers) + 1, count, count))
+        out[1:] = (powers.real @ residues.real - powers.imag @ residues.imag).reshape(
+            -1, count, count)
+        out[0] = now.real
+        return out
+    later = powers @ residues[:kept] + powers[:, pair].conj() @ residues[kept:]
+    return np.concatenate([now[None], later.reshape(-1, count, count)])
+
+
+def _random(level, sampled, inputs, powers, frame):
+    """
+    Return the expected periodograms under random inputs, (1, k, l, l), or (segments, k, l, l).
+
+    The square of a modulated level has three parts, of 0, 1 and 2 times its frequency; a slow
+    mode follows each with a lag of its own, eq. (95a).
+    """
+    steady = _transform(_autocovariance(sampled, inputs, powers), frame.overlap, frame)[None]
+    if level is None:
+        return steady
+    omega = 2 * np.pi / level.period_s
+    once = level.depth * np.exp(1j * (level.phase_rad - np.pi / 2))
+    tapered = np.fft.fft(frame.taper, 2 * frame.rows)
+    whole = np.fft.ifft(np.abs(tapered) ** 2).real[:frame.rows]
+    thinned = frame.overlap / np.maximum(whole, 1e-12 * whole[0])     # by missing rows
+    total = (1 + level.depth ** 2 / 2) * steady
+    for times, part in ((1, once), (2, once ** 2 / 4)):
+        turn = np.exp(1j * times * omega / frame.rate_hz)
+        turned = np.fft.fft((frame.taper * turn ** np.arange(frame.rows)).conj(), 2 * frame.rows)
+        overlap = np.fft.ifft(turned.conj() * tapered)[:frame.rows] * thinned
+        values = 2 * part * overlap[:, None, None] * _autocovariance(
+            sampled, inputs, powers, turn)
+        phase = np.exp(1j * times * omega * frame.begins_s)[:, None, None, None]
+        total = (total + phase.real * _transform(values.real, 1.0, frame)
+                 - phase.imag * _transform(values.imag, 1.0, frame))
+    return total
+
+
+def _transform(autocovariance, overlap, frame):
+    """Return the expected periodogram of an autocovariance, shape (k, l, l), eq. (95)."""
+    values = autocovariance * np.reshape(overlap, (-1, 1, 1))
+    half = np.fft.rfft(values, axis=0)[frame.first:frame.last]
+    return half + half.conj().swapaxes(1, 2) - values[0]
+
+
+def _line(part, sampled, system, frame):
+    """Return the periodogram of a sine or a chirp of unknown phase, ([segments,] k, l, l)."""
+    where = system.inputs.index(part.input)
+    phase = 2j * np.pi / frame.rows * np.arange(frame.first, frame.last)
+    n = np.arange(frame.rows)
+    if isinstance(part, Sine):
+        turn = 2j * np.pi * part.frequency_hz / sampled.rate_hz
+        response = sampled.response(np.exp([turn]))[0][:, where] * part.amplitude / 2
+        window = np.abs(np.fft.fft(frame.taper * np.exp(turn * n))) ** 2
+        return (window[frame.first:frame.last, None, None]
+                * np.outer(response, response.conj())[None])
+    response = sampled.response(np.exp(phase))[:, :, where]
+    drive = part.at(np.reshape(frame.begins, (-1, 1)) + n, sampled.rate_hz)
+    drive = np.fft.fft(drive * frame.taper, axis=1)
+    power = np.abs(drive[:, frame.first:frame.last]) ** 2
+    return power[:, :, None, None] * (response[:, :, None] * response[:, None, :].conj())[None]
+
+
+class _Sampling:
+    """Applies delays and jitter of the sampling instants to a spectrum, eq. (89)."""
+
+    def __init__(self, setup, frame, jitter_noise):
+        turn = 2 * np.pi * setup.system.rate_hz / frame.rows
+        omega = turn * np.arange(frame.first, frame.last)
+        self.phase = self.loss = None
+        if any(setup.delays_s) or setup.corners_hz:
+            read = setup.reading(omega / (2 * np.pi))
+            self.phase = read[:, :, None] * read[:, None, :].conj()
+        if setup.jitter_rms_s:
+            self.loss = np.exp(-(omega * setup.jitter_rms_s) ** 2)[:, None, None]
+            self.share = 2.0 / frame.rows
+        self.jitter_noise, self.noise = jitter_noise, 0.0
+
+    def __call__(self, spectrum, part):
+        if self.phase is not None:
+            spectrum = spectrum * self.phase
+        if self.loss is not None:
+            # power that jitter takes comes back white, from the same instants on all channels
+            white = self.share * np.sum(((1 - self.loss) * spectrum).real, axis=-3, keepdims=True)
+            spectrum = spectrum * self.loss
+            if self.jitter_noise is None:
+                return spectrum + white
+            # taken from the motion of the record: no level scales it
+            self.noise = self.noise + self.jitter_noise.of(part, white)
+        return spectrum

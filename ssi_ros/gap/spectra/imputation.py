@@ -1,0 +1,135 @@
+"""
+Fill gaps in the data by draws from the model, given all other samples, eq. (110a) and (110b).
+
+A row that counts as zero leaks the strong resonances into all bins alike and buries the
+antiresonances. A draw keeps the spectrum of the model; a conditional mean would lack power, and
+one given near rows alone would fill the antiresonances.
+"""
+from dataclasses import replace
+
+import numpy as np
+from scipy.fft import next_fast_len
+
+from ssi_ros.gap.candidate import Candidate
+from ssi_ros.gap.inference.model_fit import fit
+from ssi_ros.gap.inference.whittle import Evidence
+from ssi_ros.gap.nominal.simulator import excitation_level
+from ssi_ros.gap.spectra.segmentation import frame_of, spectra
+from ssi_ros.gap.spectra.thresholds import LIMITS
+from ssi_ros.integrity.filling import draw
+from ssi_ros.integrity.values import runs
+
+BLOCK_S, BESIDE_S = 1200.0, 60.0        # filled at once, and used on both sides
+ROUNDS = 5              # of filling and fitting the level, at most
+OFFSETS = 3             # rounds of filling long gaps and taking the offset
+SEED = 41
+
+
+def without_clipped(samples, effects):
+    """Mark values at the clipping limits of effects as missing."""
+    # Returns the samples, NaN where a value is clipped, the same ones where none is, or for too
+    # long; and the clipped values (n, l), beyond which the true ones are, NaN elsewhere.
+    limit = min((e.limit for e in effects), default=np.inf)
+    with np.errstate(invalid='ignore'):
+        clipped = np.abs(samples.values) >= limit
+    at = runs(clipped.any(axis=1))
+    if any(last - first > LIMITS.gap_s.value * samples.rate_hz for first, last in at):
+        clipped[:] = False
+    limits = np.where(clipped, samples.values, np.nan)
+    if not clipped.any():
+        return samples, limits
+    return replace(samples, values=np.where(clipped, np.nan, samples.values)), limits
+
+
+def completed(simulator, samples, limits, settings):
+    """
+    Return a record without bias and gaps, filled at its own level, and its evidence.
+
+    `samples` and `limits` are those of `without_clipped`. Filled samples have the level that they
+    are drawn at, so that both are estimated in turn. The noise of the sensors stays nominal:
+    filled samples would have more of it each time. Returns the simulator in the frame of the
+    record without gaps, samples, Evidence, and levels as of `Fit`.
+    """
+    lost = np.isnan(samples.values)
+    # the bias includes clipped values: without them, the other side would count more
+    bias = np.nanmean(np.where(lost, limits, samples.values), axis=0)
+    samples, limits = replace(samples, values=samples.values - bias), limits - bias
+    # the mean between long gaps is that of half waves, too: what is lost has a mean as well
+    long_gaps = any(last - first > LIMITS.gap_s.value * samples.rate_hz
+                    for first, last in runs(lost.any(axis=1)))
+    for _ in range(OFFSETS if long_gaps else 0):
+        whole = filled(simulator, samples, limits=limits)
+        bias = whole.values.mean(axis=0) / np.mean(~lost, axis=0)
+        samples, limits = replace(samples, values=samples.values - bias), limits - bias
+    level, frame, count = 1.0, simulator.frame, len(simulator.expected(Candidate()).names)
+
+    def with_short_gaps_filled():
+        levels = np.append(np.full(count - 1, level), 1.0)
+        return filled(simulator, samples, levels, limits=limits, longest_s=LIMITS.gap_s.value)
+    whole = with_short_gaps_filled()
+    if whole is not samples:
+        frame = frame_of(whole, settings)
+        simulator = simulator.on(frame)
+    for i in range(ROUNDS):
+        evidence = Evidence(frame, spectra(whole, frame), frame.used)
+        levels = fit(simulator, evidence).levels
+        if whole is samples or i == ROUNDS - 1:
+            break
+        ratio = excitation_level(simulator, levels) / level
+        if abs(np.log(ratio)) < LIMITS.level_change.value:
+            break
+        # the filled share has the level that it was drawn at
+        level *= ratio ** (1 / np.mean(~lost[~np.isnan(whole.values).any(axis=1)]))
+        bias = 0.0 if np.isnan(whole.values).any() else whole.values.mean(axis=0)
+        samples, limits = replace(samples, values=samples.values - bias), limits - bias
+        whole = with_short_gaps_filled()
+    return simulator, whole, evidence, levels
+
+
+def filled(simulator, samples, levels=None, candidate=Candidate(), *, limits=None,
+           longest_s=np.inf):
+    """
+    Return the samples with every gap of up to `longest_s` filled; the same ones without any.
+
+    They are drawn from the spectrum of a candidate at levels, (c,), 1 if not given, conditional on
+    all that was recorded.
+    `limits`, (n, l), are values that missing ones are beyond, NaN where there is none.
+    """
+    gone = np.isnan(samples.values)
+    missing, longest = runs(gone.any(axis=1)), longest_s * samples.rate_hz
+    if not any(last - first <= longest for first, last in missing):
+        return samples
+    values, draws, known = samples.values.copy(), np.random.default_rng(SEED), {}
+    limits = np.full(values.shape, np.nan) if limits is None else limits
+    rows, beside = len(values), round(BESIDE_S * samples.rate_hz)
+    edges = np.linspace(0, rows, max(1, round(rows / samples.rate_hz / BLOCK_S)) + 1).astype(int)
+    for first, last in zip(edges, edges[1:]):
+        if not gone[first:last].any():
+            continue
+        begin, end = max(0, first - beside), min(rows, last + beside)
+        period = 2 * next_fast_len((end - begin + 1) // 2, real=True)
+        if period not in known:
+            known[period] = spectrum(simulator, period, levels, candidate)
+        # draws of the block before are given to this one
+        values[first:last] = draw(values[begin:end], limits[begin:end], known[period],
+                                  draws)[first - begin:last - begin]
+    for first, last in missing:
+        if last - first > longest:
+            values[first:last] = samples.values[first:last]
+    return replace(samples, values=values)
+
+
+def spectrum(simulator, period, levels, candidate=Candidate()):
+    """Return the spectrum of a record of an even period at levels, (period // 2 + 1, l, l)."""
+    lags = np.arange(period)
+    # flat to half of the period, so that autocovariances keep their value, then smooth to nothing
+    fade = np.cos(np.pi / 2 * np.clip(2 * lags / period - 1, 0.0, 1.0)) ** 2
+    side = simulator.on(replace(
+        simulator.frame, rows=period, begins=(0,), first=0, last=period // 2 + 1, overlap=fade,
+        taper=np.full(period, period ** -0.5)))
+    found = side.spectrum(side.setup(candidate, levels))
+    levels = np.ones(len(found.names)) if levels is None else levels
+    values, vectors = np.linalg.eigh(found.at(levels)[0])
+    # no direction has less than the noise of the sensors, whatever rounding and fading say
+    least = np.linalg.eigvalsh(found.shares[-1][0])[:, :1] * levels[-1]
+    return (vectors * np.maximum(values, least)[:, None, :]) @ vectors.conj().swapaxes(-1, -2)

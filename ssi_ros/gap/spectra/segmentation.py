@@ -1,0 +1,145 @@
+"""From samples to tapered spectra of segments of the record, eq. (93)."""
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.signal.windows import tukey
+from ssi_ros.gap.spectra.thresholds import LIMITS
+from ssi_ros.integrity.missing import parts_between, segment_rows
+
+TAPER_SHARE = 0.25      # of a segment, on which the taper rises and falls
+
+
+def unit_taper(rows, share, periodic=False):
+    """Return a Tukey window, without zeros or periodic, of sum of squares 1, shape (rows,)."""
+    taper = tukey(rows, share, sym=False) if periodic else tukey(rows + 2, share)[1:-1]
+    return taper / np.sqrt(np.sum(taper ** 2))
+
+
+def autocorrelation(tapers):
+    """Return sum_n w_n w_(n+lag) of tapers (..., rows) at every lag, the mean over them."""
+    rows = tapers.shape[-1]
+    power = np.abs(np.fft.rfft(tapers, 2 * rows, axis=-1)) ** 2
+    return np.fft.irfft(power.reshape(-1, rows + 1).mean(axis=0))[:rows]
+
+
+def variance_inflation(taper, bins):
+    """Return the variance of a mean of bins, correlated by a taper, over independent ones."""
+    steps = np.arange(1, bins)
+    correlation = np.abs(np.fft.fft(taper ** 2)[steps]) ** 2
+    return 1.0 + 2.0 * float(np.sum((1 - steps / bins) * correlation))
+
+
+def tapered_dft(values, taper, begins):
+    """Return the tapered DFT of segments of values (n, l) from rows on, (segments, bins, l)."""
+    segments = values[np.reshape(begins, (-1, 1)) + np.arange(len(taper))]
+    return np.fft.rfft(segments * taper[:, None], axis=1)
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """
+    How a record is cut and tapered: all that the expected spectrum needs to know of it.
+
+    Of a segment, bins first, ..., last - 1 of the DFT are used; segments share no row, and lie
+    between long gaps. `overlap` is the mean over the segments of sum_n w_n w_(n+lag) at every lag,
+    missing rows counted as zero.
+    """
+
+    rate_hz: float          # of the stamps [Hz]
+    rows: int               # samples of a segment
+    begins: tuple           # (segments,), row that each begins with
+    first: int
+    last: int
+    taper: np.ndarray       # (rows,), weights w, of sum w^2 = 1
+    overlap: np.ndarray     # (rows,)
+
+    @property
+    def segments(self):
+        """Return the number of segments."""
+        return len(self.begins)
+
+    @property
+    def used(self):
+        """Return the number of every segment, from 0."""
+        return tuple(range(self.segments))
+
+    @property
+    def begins_s(self):
+        """Return when each segment begins, (segments,), [s]."""
+        return np.array(self.begins) / self.rate_hz
+
+    @property
+    def span_s(self):
+        """Return the length of a segment [s]."""
+        return self.rows / self.rate_hz
+
+    @cached_property
+    def inflation(self):
+        """Rows sum w^4 >= 1, by which the information in all bins is below their number."""
+        return self.rows * float(np.sum(self.taper ** 4))
+
+    def inflation_of(self, bins):
+        """Return the variance inflation of so many neighbouring bins."""
+        return variance_inflation(self.taper, bins)
+
+    @property
+    def frequencies_hz(self):
+        """Frequency of every bin used, shape (k,), [Hz]."""
+        return np.arange(self.first, self.last) * self.rate_hz / self.rows
+
+
+def make_frame(rows_total, rate_hz, settings, present=None):
+    """Choose the segments of a record of so many rows; ValueError if too few are `present`."""
+    there = np.ones(rows_total, bool) if present is None else present
+    parts = parts_between(there, LIMITS.gap_s.value * rate_hz)
+    recorded_s = float(np.diff(parts).sum()) / rate_hz
+    rows = int(min(settings.segment_s, recorded_s / settings.least_segments) * rate_hz)
+    if recorded_s < rows_total / rate_hz and rows:
+        least = 8 * settings.band_bins / (settings.high_share - 2 * settings.low_hz / rate_hz)
+        rows = segment_rows(parts, rows, int(np.ceil(least)) + 2, settings.least_segments)
+    first = max(1, int(np.ceil(settings.low_hz * rows / rate_hz)))
+    last = int(settings.high_share * rows / 2)
+    if settings.low_hz >= (top := settings.high_share * rate_hz / 2):
+        raise ValueError(f'low_hz={settings.low_hz:g} is not below {top:g} Hz, the highest '
+                         f'frequency used of a record of {rate_hz:g} Hz; set a lower one')
+    if last - first < 4 * settings.band_bins:
+        need = settings.least_segments * 8 * settings.band_bins / rate_hz
+        raise ValueError(f'the record has {recorded_s:g} s; {need:g} s are needed for '
+                         f'{settings.least_segments} segments with enough frequency bins'
+                         + f', all between its {len(parts) - 1} gaps' * (len(parts) > 1))
+    return frame_at(rate_hz, rows, tuple(
+        int(b) for a, e in parts for b in range(a, e - rows + 1, rows)), settings, there)
+
+
+def frame_at(rate_hz, rows, begins, settings, present=None):
+    """Return the frame of segments of so many rows that begin at rows; all rows are there."""
+    taper = unit_taper(rows, TAPER_SHARE)
+    there = 1.0 if present is None else np.array([present[b:b + rows] for b in begins])
+    return Frame(rate_hz, rows, begins, max(1, int(np.ceil(settings.low_hz * rows / rate_hz))),
+                 int(settings.high_share * rows / 2), taper, autocorrelation(taper * there))
+
+
+def frame_of(samples, settings):
+    """Choose the segments of Samples; a row with any NaN is missing; see `make_frame`."""
+    return make_frame(len(samples.values), samples.rate_hz, settings,
+                      ~np.isnan(samples.values).any(axis=1))
+
+
+def whole_frame(rows, rate_hz, settings, edge_s):
+    """Return the frame of a record as one segment, for lines, tapered over `edge_s` at ends."""
+    taper = unit_taper(rows, min(1.0, 2 * edge_s * rate_hz / rows))
+    first = max(1, int(np.ceil(settings.low_hz * rows / rate_hz)))
+    return Frame(rate_hz, rows, (0,), first, int(settings.high_share * rows / 2), taper,
+                 autocorrelation(taper))
+
+
+def spectra(samples, frame):
+    """Return the tapered DFT (segments, k, l) of Samples; a row with any NaN counts as zero."""
+    values = np.where(np.isnan(samples.values).any(axis=1)[:, None], 0.0, samples.values)
+    return tapered_dft(values, frame.taper, frame.begins)[:, frame.first:frame.last]
+
+
+def periodograms(spectrum):
+    """Return Y Y^H of spectra (segments, k, l), shape (segments, k, l, l)."""
+    return spectrum[..., :, None] * spectrum[..., None, :].conj()

@@ -1,0 +1,24 @@
+"""Limits of the spectra, each with its unit and its origin."""
+from dataclasses import dataclass
+
+from ssi_ros.gap.settings import Threshold
+
+
+@dataclass(frozen=True)
+class SpectraLimits:
+    """Limits of decisions, in the order of the modules that use them."""
+
+    # band_averages
+    present: Threshold = Threshold(
+        0.25, '1', 'engineering choice: share of a segment that is recorded, below which it is '
+        'not used')
+    silent: Threshold = Threshold(
+        1e-3, '1', 'engineering choice: share of power in the silent bands, eq. (144)')
+    # imputation
+    gap_s: Threshold = Threshold(
+        1.0, 's', 'engineering choice: longest gap that is filled; a longer one is left out')
+    level_change: Threshold = Threshold(
+        0.01, 'log power', 'engineering choice: 0.04 dB between two rounds of filling')
+
+
+LIMITS = SpectraLimits()

@@ -1,0 +1,1 @@
+"""Integrity of the data: faults of wiring, units and recorder, before any diagnosis."""

@@ -1,0 +1,172 @@
+"""
+Fill gaps in the data by draws from a Gaussian process, given all other samples, eq. (110a, b).
+
+A row that counts as zero leaks the strong resonances into all bins alike and buries the
+antiresonances. A draw keeps the spectrum; a conditional mean would lack power, and one given near
+rows alone would fill the antiresonances.
+"""
+import numpy as np
+from scipy.fft import irfft, next_fast_len, rfft
+from scipy.signal.windows import hann
+from scipy.sparse.linalg import cg, LinearOperator
+from scipy.stats import norm
+
+from ssi_ros.integrity.missing import parts_between, segment_rows
+
+NEAR = 1e-5             # residual, relative, at which conjugate gradients stop
+STEPS = 500             # of them, at most
+SWEEPS = 6              # of draws beyond the clipping limits
+BURST = 16              # rows that are drawn one after the other
+COUPLED = 0.5           # coupling of a value with all drawn at once, over its own precision
+SEGMENTS, LEAST_ROWS = 8, 64    # of an own spectrum: so many a channel, so long, at least
+SMOOTH = 3              # bins over which it is a mean
+CHUNK = 4               # segments that are filled at once
+RIDGE = 1e-6            # of the power of a channel, that no direction has less than
+SEED = 43
+
+
+def filled_alike(values, gaps, longest):
+    """
+    Return a recording with gaps filled by draws from its own spectrum, (n, l).
+
+    Parameters
+    ----------
+    values : ndarray, shape (n, l)
+        Without offset.
+    gaps : ndarray of bool, shape (n,)
+        Rows that are missing; the rest is complete.
+    longest : int
+        Rows that the spectrum is resolved over, at most.
+
+    Returns
+    -------
+    ndarray, shape (n, l)
+
+    Raises
+    ------
+    ValueError
+        If the parts between the gaps are too short for a spectrum.
+
+    """
+    parts, width = parts_between(~gaps, 0), values.shape[1]
+    rows = segment_rows(parts, longest, LEAST_ROWS, SEGMENTS * width)
+    if not rows:
+        raise ValueError(f'the longest of {len(parts)} parts between the gaps has '
+                         f'{np.diff(parts).max(initial=0)} samples: too short for a spectrum of '
+                         f'{width} channels')
+    spectrum, draws = _own_spectrum(values, parts, rows), np.random.default_rng(SEED)
+    out, known = np.where(gaps[:, None], np.nan, values), {}
+    for first, last in parts_between(gaps, 0):
+        for begin in range(first, last, CHUNK * rows):
+            low, end = max(0, begin - rows), min(begin + CHUNK * rows, last)
+            high = min(len(out), end + rows)
+            period = 2 * next_fast_len((high - low + rows) // 2, real=True)
+            if period not in known:
+                known[period] = _at(spectrum, period // 2 + 1)
+            nowhere = np.full((high - low, width), np.nan)
+            out[begin:end] = draw(out[low:high], nowhere, known[period],
+                                  draws)[begin - low:end - low]
+    return out
+
+
+def _own_spectrum(values, parts, rows):
+    """Return the mean spectrum of half overlapping segments in parts, (rows // 2 + 1, l, l)."""
+    taper = hann(rows, sym=False)
+    taper /= np.sqrt(np.sum(taper ** 2))
+    begins = [b for first, last in parts for b in range(first, last - rows + 1, rows // 2)]
+    total = 0.0
+    for begin in begins:
+        y = rfft(values[begin:begin + rows] * taper[:, None], axis=0)
+        total = total + y[:, :, None] * y[:, None, :].conj()
+    total = total / len(begins)
+    wide = np.concatenate([total[SMOOTH // 2:0:-1].conj(), total, total[-2:-2 - SMOOTH // 2:-1]])
+    return np.stack([wide[i:i + SMOOTH].mean(axis=0) for i in range(len(total))])
+
+
+def _at(spectrum, bins):
+    """Return a spectrum at so many bins from zero to half of the rate, positive definite."""
+    at = np.linspace(0.0, len(spectrum) - 1, bins)
+    low = np.minimum(at.astype(int), len(spectrum) - 2)
+    share = (at - low)[:, None, None]
+    found = (1 - share) * spectrum[low] + share * spectrum[low + 1]
+    power = np.einsum('kii->i', spectrum).real / len(spectrum)
+    return found + RIDGE * np.diag(power)
+
+
+def draw(rows, limits, spectrum, draws):
+    """
+    Return rows (n, l) with missing samples, NaN, drawn from their distribution given the others.
+
+    By Matheron's rule: a record y* drawn from the model, and the conditional mean of its
+    difference to the record, -K_mm^-1 K_mo (y - y*), K the inverse of the covariance, by conjugate
+    gradients, eq. (110a). `limits`, (n, l), are values that missing ones are beyond, or NaN;
+    `spectrum` is that of `spectrum` for an even period of at least n rows.
+    """
+    beside = np.full((2 * (len(spectrum) - 1) - len(rows), rows.shape[1]), np.nan)
+    wide, limits = np.concatenate([rows, beside]), np.concatenate([limits, beside])
+    inverse = np.linalg.inv(spectrum)
+    other = record_of(np.linalg.cholesky(spectrum), draws)
+    lost = np.nonzero(np.isnan(wide))
+
+    def spread(x):
+        out = np.zeros(wide.shape)
+        out[lost] = x
+        return out
+
+    def applied(matrices, x):
+        return _filtered(matrices, rfft(x, axis=0), len(wide))[lost]
+
+    size = (len(lost[0]),) * 2
+    difference = np.where(np.isnan(wide), 0.0, wide - other)
+    # the covariance of what is missing is nearly the inverse of its precision, but at the edges
+    mean, _ = cg(LinearOperator(size, lambda x: applied(inverse, spread(x))),
+                 -applied(inverse, difference),
+                 M=LinearOperator(size, lambda x: applied(spectrum, spread(x))),
+                 rtol=NEAR, maxiter=STEPS)
+    wide[lost] = other[lost] + mean
+    if not np.isnan(limits).all():
+        _beyond(wide, limits, inverse, draws)
+    return wide[:len(rows)]
+
+
+def record_of(root, draws):
+    """
+    Return a periodic record (2 k, l) drawn from a spectrum.
+
+    `root`, (k + 1, l, l), is its Cholesky factor at frequencies up to half of the rate.
+    """
+    rows, channels = 2 * (len(root) - 1), root.shape[-1]
+    return _filtered(root, rfft(draws.standard_normal((rows, channels)), axis=0), rows)
+
+
+def _filtered(matrices, transform, count):
+    return irfft((matrices @ transform[:, :, None])[..., 0], count, axis=0)
+
+
+def _beyond(wide, limits, inverse, draws):
+    """Draw clipped values anew, from beyond their limits, by Gibbs sampling, eq. (110b)."""
+    rows, channels = wide.shape
+    precision = irfft(inverse, rows, axis=0)
+    own, std = np.diag(precision[0]), 1 / np.sqrt(np.diag(precision[0]))
+    reach = np.abs(precision[:rows // 2]).max(axis=(1, 2)) / own.min()
+    beside = 2 * channels * np.cumsum(reach[::-1])[::-1]        # all that is as far, or farther
+    # bursts of rows so far apart that they are almost independent are drawn at once
+    stride = next(n for n in BURST * 2 ** np.arange(1, 30)
+                  if n >= rows // 4 or beside[n - BURST] * BURST / n < COUPLED)
+    for begin in [*range(0, stride, BURST)] * SWEEPS:
+        at = np.arange(begin, rows - BURST + 1, stride)[:, None] + np.arange(BURST)
+        at = at[~np.isnan(limits[at]).all(axis=(1, 2))]
+        pull = _filtered(inverse, rfft(wide, axis=0), rows)[at]
+        for row, channel in np.ndindex(BURST, channels):
+            limit = limits[at[:, row], channel]
+            hit = np.flatnonzero(~np.isnan(limit))
+            if not len(hit):
+                continue
+            limit, place = limit[hit], (at[hit, row], channel)
+            mean = wide[place] - pull[hit, row, channel] / own[channel]
+            side = np.sign(limit)
+            tail = norm.sf((limit - mean) * side / std[channel]) * draws.random(len(hit))
+            value = mean + side * std[channel] * norm.isf(np.maximum(tail, 1e-300))
+            moved = precision[:BURST - row, :, channel]
+            pull[hit, row:] += (value - wide[place])[:, None, None] * moved
+            wide[place] = value

@@ -1,0 +1,152 @@
+"""A reference brought to the levels of a record, those of all inputs free, eq. (150a)."""
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.stats import chi2
+
+from ssi_ros.gap.inference.goodness_of_fit import compare, divergence, floor_of_band
+from ssi_ros.gap.nominal.modal.fit import Averages, filtered, fit, residual_of, STEPS
+from ssi_ros.gap.nominal.modal.reference import noise_floor, Nominal
+from ssi_ros.gap.nominal.modal.score_test import score_forms
+from ssi_ros.gap.nominal.modal.starting_values import all_forms, best_forms, bracketed
+from ssi_ros.gap.nominal.thresholds import LIMITS
+from ssi_ros.gap.spectra.band_averages import level_of, silent, Spectra
+from ssi_ros.levels.forces import force_spectra, turning
+
+POINTS = 9              # of a band, over which its modes are averaged
+TRIED = 4               # effects at one level, that could explain as much as other levels do
+REPEATS = 2             # of the estimate of levels
+LEVELLED = 2            # of them, beside which levels are estimated
+PADDING = 0.01          # of the power of a channel: what is below is noise, at another level
+
+
+@dataclass(frozen=True, eq=False)
+class Compared:
+    """A reference and a record whose levels need not be equal, ready to be compared."""
+
+    nominal: Nominal
+    one: Spectra            # of the reference
+    two: Spectra            # of the record
+    turn: np.ndarray = None     # (b, l, l), filter by which all levels are equal; None if one does
+    notes: tuple = ()
+
+    @property
+    def record(self):
+        """Return the record as a fit needs it."""
+        return Averages(self.two.mean, self.one.freedom, self.two.freedom)
+
+
+def compared(nominal_of, one, two, effects):
+    """
+    Return the Spectra of a reference and a record as a `Compared`; levels are no difference.
+
+    `nominal_of` makes a Nominal of the Spectra of the reference. Where its modes do not explain
+    them, one level is free, and bands in which either hides in noise are left out.
+    """
+    whole = Compared(nominal_of(one), one, two)
+    freed = at_free_levels(whole, effects)
+    if freed:
+        return freed
+    level, std = level_of(one.mean, two.mean, one.freedom, two.freedom)
+    quiet = np.all([silent(p) for s in (one, two) for p in np.einsum('bii->ib', s.mean).real],
+                   axis=0)
+    if quiet.all() or abs(level) <= LIMITS.other_level.value + LIMITS.clear_level.value * std:
+        return whole
+    one, two = (_padded(s.in_bands(~quiet)) for s in (one, two))
+    return Compared(nominal_of(one), one, two, None, (
+        f'the level differs by {10 * level / np.log(10):+.1f} dB; {quiet.sum()} of {len(quiet)} '
+        'bands hold noise only, which does not grow with it, and were left out',))
+
+
+def _padded(spectra):
+    """Return spectra with a share of the mean power of each channel added to it."""
+    power = PADDING * np.einsum('bii->bi', spectra.mean).real
+    return replace(spectra, groups=spectra.groups + power[:, :, None] * np.eye(power.shape[1]))
+
+
+def at_free_levels(whole, effects):
+    """
+    Return a Compared whose reference is at the levels of the record, each input's on its own.
+
+    It is as it was where that of all is equal and explains the record as well, alone or with one
+    effect, and None where the modes of the reference do not explain its spectrum, or where what
+    differs is far more than levels.
+    """
+    nominal, one, two, record = whole.nominal, whole.one, whole.two, whole.record
+    cut = one.cut
+    half = (cut.band_bins + 1) * cut.resolution_hz / 2
+    points = cut.middles_hz[:, None] + np.linspace(-half, half, POINTS)
+    forces = force_spectra(nominal.identified, points, nominal.spectrum)
+    if forces is None or _misfit(forces.mean, one) > LIMITS.usual_scatter.value:
+        return None
+    base = fit(nominal, record)
+    basis = forces.basis(residual_of(nominal, record, base)[1])
+
+    def enough(found):
+        residual = residual_of(nominal, record, found)[0]
+        along = float(np.sum((basis @ residual) ** 2))
+        across = (residual @ residual - along) / (len(residual) - len(basis))
+        return chi2.sf(along / max(across, 1.0), len(basis)) > LIMITS.detected.value
+
+    def gap(fitted, reference=one):
+        return compare(reference, two, fitted.prediction, nominal.trust).deviations
+    # where the level of all differs, each may have its own: which is no evidence of an effect
+    equal = abs(base.x[0]) < LIMITS.other_level.value
+    if equal and enough(base):
+        return whole
+    # an effect bends the levels that are estimated without it
+    tried = sorted(_tried(whole, base, all_forms(nominal, effects)), key=gap)
+    if equal and any(gap(f) < LIMITS.inside.value and enough(f) for f in tried):
+        return whole
+    found = [r for f in (base, *tried[:LEVELLED]) for r in _levelled(whole, f, forces)]
+    away = [gap(f, r.one) + LIMITS.inside.value * bool(f.forms) for r, f in found]
+    # far from all of them levels mean nothing, as where modes are elsewhere
+    near = min(away, default=np.inf) < LIMITS.gross.value
+    return found[int(np.argmin(away))][0] if near else None
+
+
+def _misfit(mean, one):
+    """Return the distance of a model from the reference over that of the right one."""
+    floor = floor_of_band(one.freedom, mean.shape[-1])[0]
+    return float(np.mean(divergence(mean, one.mean, np.inf, one.freedom))) / floor
+
+
+def _tried(whole, base, forms):
+    """Yield the fits of the effects that promise most at one level."""
+    nominal, one, two, record = whole.nominal, whole.one, whole.two, whole.record
+    best = best_forms(score_forms(nominal, base, one, two, forms))[:TRIED] if forms else ()
+    for form in best:
+        if len(form.numbers) == 1:
+            form = min((bracketed(nominal, f, two.mean, one.freedom, two.freedom)
+                        for f in (form, *form.variants)), key=lambda f: f[1])[0]
+        found = fit(nominal, record, (form,), np.append(base.x, form.start), STEPS, base.x)
+        if np.isfinite(found.likelihood):
+            yield found
+
+
+def _levelled(whole, fitted, forces):
+    """Yield the Compared by the levels beside a fit, and that fit to it, if both can exist."""
+    nominal, record = whole.nominal, whole.record
+
+    def changed(matrices):
+        for form in fitted.forms:
+            gain = form.change(nominal, fitted.x[2:])[0]
+            matrices = filtered(gain if np.ndim(gain) < 4 else gain[:, None], matrices)
+        return matrices
+    turn = turning(forces.mean, forces.at_levels_of(
+        record.mean, record.n_two, np.exp(fitted.x[0]), changed))
+    x = np.append(np.zeros(2), fitted.x[2:])
+    for _ in range(REPEATS):        # the filter is nearest to none: levels are not quite those
+        one = replace(whole.one, groups=filtered(turn, whole.one.groups))
+        moved = replace(nominal, spectrum=one.mean, floor=noise_floor(one.mean))
+        try:
+            lower = residual_of(moved, record, replace(fitted, x=x))[1]
+        except np.linalg.LinAlgError:       # an effect that takes away more than there is
+            return
+        moved = replace(moved, levels=forces.basis(lower, changed))
+        again = fit(moved, record, fitted.forms, x)
+        if not again.prediction.possible:
+            return
+        found = Compared(moved, one, whole.two, turn)
+        turn, x = again.turn @ turn, again.x
+    yield found, again

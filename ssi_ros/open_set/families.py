@@ -1,0 +1,100 @@
+"""All families of the open-set test on one record, each with a calibrated p-value and a text."""
+from dataclasses import dataclass
+
+import numpy as np
+
+from ssi_ros.open_set.amplitude import dependence_on_amplitude, distribution
+from ssi_ros.open_set.curves import asymmetry, channel_curve
+from ssi_ros.open_set.jumps import jump
+from ssi_ros.open_set.outliers import spikes, switching_input
+from ssi_ros.open_set.products import modulation, of_channel, of_mode, slow_variation
+from ssi_ros.open_set.spectra import modes_of
+
+FASTEST_HZ = 1.0        # modulation that is tried
+LEAST = 1e-300          # p-value: smaller ones would have no logarithm
+LARGEST = 0.95          # p-value: one would have the tangent of minus infinity
+DEPENDENT = 2.5         # factor of the joined p-value, of the same records
+FAR = 70.0              # -log p of motion that is far from Gaussian, p = 1e-30
+OWN = 3.0               # records that theory counts as, beside simulated ones
+# factor and power of the theoretical p-values: python -m validation.gap_unknown calibrate
+FAMILIES = {
+    'amplitude': (1.46, 0.80), 'distribution': (0.40, 0.43), 'asymmetry': (1.0, 1.0),
+    'curve': (0.88, 0.86), 'spikes': (0.8, 1.0), 'input': (0.67, 0.76),
+    'jump of a mode': (0.66, 0.45), 'modulation of a mode': (0.62, 0.84),
+    'slow variation of a mode': (0.79, 0.48), 'jump of a gain': (0.67, 0.83),
+    'modulation of a gain': (1.31, 0.94), 'slow variation of a gain': (0.62, 0.81)}
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What one family of statistics found, the less probable the clearer."""
+
+    family: str
+    p_value: float
+    text: str
+
+
+def findings(record, input_values, inside):
+    """
+    Return one Finding of every family.
+
+    Parameters
+    ----------
+    record : RecordSpectra
+        A record beside a model.
+    input_values : ndarray, shape (k,)
+        Spectrum of its first input, whitened.
+    inside : slice
+        Samples that the taper does not disturb.
+
+    Returns
+    -------
+    tuple of Finding
+
+    """
+    modes = modes_of(record)
+    of_modes = [of_mode(m, record.duration_s, FASTEST_HZ) for m in modes]
+    numbers = [p for m in of_modes for p in m.pair]
+    gains = [of_channel(record, i, FASTEST_HZ) for i in range(len(record.channels))]
+    found = {
+        'curve': channel_curve(record), 'spikes': spikes(record, inside),
+        'input': switching_input(record, input_values, inside), 'jump of a gain': jump(gains),
+        'modulation of a gain': modulation(gains),
+        'slow variation of a gain': slow_variation(gains)}
+    # a short record holds no mode that decays often enough in it
+    of_no_mode = dict.fromkeys(FAMILIES.keys() - found.keys(), (1.0, 'no mode was tested'))
+    found |= {
+        'amplitude': dependence_on_amplitude(of_modes), 'distribution': distribution(modes),
+        'asymmetry': asymmetry(record, modes), 'jump of a mode': jump(numbers),
+        'modulation of a mode': modulation(numbers),
+        'slow variation of a mode': slow_variation(numbers)} if modes else of_no_mode
+    return tuple(Finding(name, calibrated(name, p_value), f'{text[0].upper()}{text[1:]}.')
+                 for name, (p_value, text) in found.items())
+
+
+def calibrated(family, p_value):
+    """Return the p-value that records without effect give to such a theoretical one."""
+    factor, power = FAMILIES[family]
+    return float(min(1.0, factor * max(p_value, LEAST) ** power))
+
+
+def beside(p_value, family, simulated):
+    """Return a p-value held against those of records of the same model, lists (r,) by family."""
+    logs = {f: -np.log(np.maximum(simulated[f], LEAST)) for f in FAMILIES}
+    if max(values.mean() for values in logs.values()) > FAR:
+        # motion of few impulses: products of it have no theory, and five records show no tail
+        return 1.0
+    # -log p has the mean 1 where the spectrum is right and the motion Gaussian
+    mean = (OWN + logs[family].sum()) / (OWN + len(logs[family]))
+    return float(p_value ** (1 / max(1.0, mean)))
+
+
+def joined(p_values):
+    """Return the Cauchy combination of the p-values of all families."""
+    angles = np.tan((0.5 - np.clip(p_values, 1e-300, LARGEST)) * np.pi)
+    # a tangent beyond 1e15 is 1 / (pi p)
+    small = np.asarray(p_values) < 1e-12
+    angles[small] = 1 / np.pi / np.maximum(np.asarray(p_values)[small], 1e-300)
+    mean = angles.sum() / len(FAMILIES)
+    # families that see one and the same thing by chance add up
+    return float(min(1.0, DEPENDENT * np.arctan2(1.0, mean) / np.pi))

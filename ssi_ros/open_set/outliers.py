@@ -1,0 +1,55 @@
+"""Samples and inputs that are no Gaussian noise: spikes, bursts, switching torques."""
+import numpy as np
+from numpy.polynomial.hermite_e import hermeval
+from scipy.stats import chi2
+
+from ssi_ros.open_set.products import two_sided
+
+ALONE = 0.6             # share of all channels that one has where it jumps alone
+CLEAR = 1e-4            # p-value from which a jump is named
+CORNERS_HZ = 0.5, 2.0, 8.0      # of the low-passed input
+
+
+def _cumulant(series, order):
+    """Return the standardised cumulant of a Gaussian series, by its own autocorrelation."""
+    unit = (series - series.mean()) / series.std()
+    power = np.abs(np.fft.rfft(unit)) ** 2
+    correlation = np.fft.irfft(power, len(unit)) / len(unit)
+    factorial = {3: 6.0, 4: 24.0}[order]
+    variance = len(unit) * factorial * (correlation ** order).sum()
+    return float(hermeval(unit, np.eye(order + 1)[order]).sum() / np.sqrt(variance))
+
+
+def spikes(record, inside):
+    """Return p-value and text of samples, of one channel or of all, that no neighbour explains."""
+    v = np.stack([record.series(a) for a in record.adjoint.T], axis=1)[inside]
+    count = v.shape[1]
+    white = v @ np.linalg.inv(np.linalg.cholesky(v.T @ v / len(v))).T
+    joint = (white ** 2).sum(axis=1)
+    single = (v / v.std(axis=0)) ** 2
+    at, (row, channel) = int(np.argmax(joint)), np.unravel_index(np.argmax(single), single.shape)
+    tails = (chi2.sf(joint[at], count) * len(v), chi2.sf(single[row, channel], 1) * v.size)
+    z = np.array([_cumulant(c, 4) for c in v.T])
+    p_values = (*(min(1.0, t) for t in tails), two_sided(z, len(z)))
+    alone, later = single[row, channel] > ALONE * joint[at], inside.start
+    best = int(alone) if min(tails) < CLEAR else int(np.argmin(p_values))
+    texts = (f'all channels together jump at {(later + at) / record.rate_hz:.2f} s',
+             f'channel {record.channels[channel]} jumps at '
+             f'{(later + row) / record.rate_hz:.2f} s',
+             f'channel {record.channels[int(np.argmax(np.abs(z)))]} has more large and small '
+             'errors than noise')
+    return min(1.0, len(p_values) * min(p_values)), texts[best]
+
+
+def switching_input(record, adjoint, inside):
+    """Return p-value and text of an input, of this adjoint (k,), that is not Gaussian."""
+    z = []
+    for corner_hz in (*CORNERS_HZ, np.inf):
+        series = record.series(adjoint / (1 + (record.frequencies_hz / corner_hz) ** 4))[inside]
+        z += [_cumulant(series, 3), _cumulant(series, 4)]
+    best = int(np.argmax(np.abs(z)))
+    corner_hz = (*CORNERS_HZ, np.inf)[best // 2]
+    band = f'below {corner_hz:g} Hz ' if np.isfinite(corner_hz) else ''
+    return two_sided(np.array(z), len(z)), f'the input {band}' + (
+        'is not the same to both sides' if best % 2 == 0 else
+        'switches between levels' if z[best] < 0 else 'comes in bursts')

@@ -1,0 +1,1 @@
+"""What a record will show before it exists, for those who plan a test."""

@@ -1,0 +1,138 @@
+"""What a record can show before it exists: sizes detected, effects alike; eq. (114), (115)."""
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ssi_ros.effects import applicable, library, places
+from ssi_ros.effects.registry import deflections
+from ssi_ros.gap.cache import effect_templates
+from ssi_ros.gap.candidate import Candidate
+from ssi_ros.gap.detectors.input_reconstruction import sensitivity
+from ssi_ros.gap.inference.score_test import promise
+from ssi_ros.gap.nominal.simulator import Simulator
+from ssi_ros.gap.nominal.starting_points import at_size
+from ssi_ros.gap.selection.conclusion import separate_by
+from ssi_ros.gap.settings import DiagnosisSettings
+from ssi_ros.gap.spectra.segmentation import make_frame
+from ssi_ros.updating.adapt import standing
+from ssi_ros.updating.model_uncertainty import model_uncertainty
+from ssi_ros.updating.prior import error_directions, prior_of
+
+DETECTED = 4.0          # d' of the size that counts as detected
+
+
+@dataclass(frozen=True)
+class Visible:
+    """How well an effect at one place can be detected."""
+
+    effect: object              # at the starting value that was probed
+    detection: float            # d', mean of its score in standard deviations; NaN for rounding,
+    #                             clipping and losses, which the samples show at any size
+    exact: float                # the same if all numbers of the model were exact
+    seen: object                # the effect at the size of d' = 4, linearly; None with d' of NaN
+    alike: tuple                # (name, cosine of the scores) of the nearest effects
+    separate_by: tuple = ()     # what would distinguish it from those that are tied with it
+
+
+def identifiability(spacecraft, duration_s, settings=DiagnosisSettings(), progress=None):
+    """
+    Compute which effects a record would show, and which it could not distinguish.
+
+    Parameters
+    ----------
+    spacecraft : Spacecraft or LinearModel
+        The model.
+    duration_s : float
+        Length of the record [s].
+    settings : DiagnosisSettings
+        Segments, band, small uncertainty of any model; what the model declares, or a calibration
+        has left unknown, counts as well.
+    progress : callable, optional
+        Called with the share done, 0 to 1.
+
+    Returns
+    -------
+    tuple of Visible
+        One an effect and place: its most visible starting value, in the order of the library.
+
+    Raises
+    ------
+    ValueError
+        If so short a record cannot be cut, with the length needed.
+
+    """
+    settings = getattr(spacecraft, 'cut', lambda usual: usual)(settings)
+    rows = round(duration_s * spacecraft.rate_hz)
+    frame = make_frame(rows, spacecraft.rate_hz, settings)
+    names = applicable(spacecraft)
+    known = [library()[n] for n in names]
+    simulator = Simulator(spacecraft, frame, duration_s)
+    templates, exact, detection, cosine = _promised(simulator, settings, names, progress)
+    groups = {}
+    for i, e in enumerate(templates.effects):
+        groups.setdefault((e.name, *(getattr(e, f.name) for f in e.words())), []).append(i)
+    names = np.array([e.name for e in templates.effects])
+    found = {}
+    for (name, *_), members in groups.items():
+        best = max(members, key=lambda i: detection[i])
+        # an effect is as much alike as its most alike starting value
+        likeness = np.abs(cosine[members]).max(axis=0)
+        near = {str(n): float(likeness[names == n].max()) for n in set(names) if n != name}
+        closest = sorted(near.items(), key=lambda pair: -pair[1])[:3]
+        tied = [n for n, c in closest if c > settings.tie_cosine]
+        effect = templates.effects[best]
+        found.setdefault(name, []).append(Visible(
+            effect, float(detection[best]), float(exact[best]),
+            at_size(effect, DETECTED / max(detection[best], 1e-9)), tuple(closest),
+            separate_by([name, *tied])))
+    return tuple(v for cls in known
+                 for v in found.get(cls.name) or _by_detection(cls, simulator, rows, settings))
+
+
+def _promised(simulator, settings, names, progress):
+    """Return templates, d' if the model is exact, d', and cosines of the scores."""
+    templates = effect_templates(simulator, settings, names, progress)
+    nominal = simulator.expected(Candidate())
+    levels = np.ones(len(nominal.names))
+    unknown = model_uncertainty(simulator, Candidate(), levels, settings)
+    exact, cosine = promise(templates, nominal, simulator.frame, unknown)
+    prior = prior_of(simulator.spacecraft)
+    if prior is None:
+        return templates, exact, exact, cosine
+    simulator = standing(simulator, prior)
+    unknown = unknown.and_of(error_directions(simulator, levels, prior))
+    linear, _ = promise(templates, nominal, simulator.frame, unknown)
+    templates = effect_templates(simulator, settings, names, progress)
+    moved, cosine = promise(templates, nominal, simulator.frame, unknown)
+    # errors imitate an effect by linear changes or by moving modes back: the better of the two
+    return templates, exact, np.minimum(exact, np.minimum(linear, moved)), cosine
+
+
+def classes(found, limit):
+    """
+    Return the classes of effects that cannot be distinguished, each with what would do so.
+
+    Effects belong together if a chain of cosines above `limit` joins them.
+    """
+    groups = []
+    for v in found:
+        linked = {v.effect.name, *(n for n, c in v.alike if c > limit)}
+        apart = [g for g in groups if not g & linked]
+        groups = apart + [linked.union(*(g for g in groups if g & linked))]
+    order = list(library())
+    named = [tuple(sorted(g, key=order.index)) for g in groups if len(g) > 1]
+    return tuple((g, separate_by(g)) for g in sorted(named))
+
+
+def _by_detection(cls, simulator, rows, settings):
+    """Return what a detector would show of an effect without a template."""
+    words = next(places(cls, simulator.spacecraft), {}) if cls.words() else {}
+    starts = cls.starts_on(simulator.spacecraft, words)
+    effect = cls(**words, **{k: v[len(v) // 2] for k, v in starts.items()})
+    if cls.name not in (predicted := deflections()):
+        return [Visible(effect, float('nan'), float('nan'), None, ())]
+    levels = np.ones(len(simulator.expected(Candidate()).names))
+    d_prime = float(predicted[cls.name](effect, sensitivity(
+        simulator, simulator.setup(Candidate()), levels, rows, settings)))
+    size = getattr(effect, cls.size) * DETECTED / d_prime
+    return [Visible(effect, d_prime, d_prime, replace(effect, **{cls.size: size}), ())]

@@ -1,0 +1,59 @@
+"""A model that may be wrong, beside a record: every candidate at errors of its own."""
+from dataclasses import replace
+
+from ssi_ros.gap.comparison import Fit
+from ssi_ros.gap.inference.model_fit import fit
+from ssi_ros.gap.nominal.model_answer import fit_of
+from ssi_ros.gap.nominal.model_comparison import FIRST_STEPS, ModelComparison
+from ssi_ros.updating.adapt import Adapted, beside
+from ssi_ros.updating.prior import stand
+
+
+class AdaptedComparison(ModelComparison):
+    """
+    A ModelComparison whose fits move the errors of the model together with the candidate.
+
+    Errors that are fitted without an effect have taken up what it changes, often by more than a
+    linear change describes. So each candidate is fitted with all errors beside, and stands on a
+    side of its own. What cannot be differentiated at once (joints with laws, levels that vary) is
+    fitted on the side of the fit that it begins at, the errors as linear directions.
+    """
+
+    def __init__(self, simulator, adapted: Adapted, record, settings, effects, progress):
+        self.bare, self._sides = simulator, {}
+        super().__init__(adapted.simulator, record, settings, effects, adapted.fit.levels[0],
+                         progress, adapted.prior)
+        self.occam = adapted.fit.occam
+        self.here = replace(self.here, adapted=adapted)
+
+    def side(self, fit):
+        """Return the Side that a fit stands on."""
+        return self._sides.get(id(fit.state), (None, self.here))[1]
+
+    def _fit(self, candidate, start, fold, thorough):
+        if fold is None and candidate.effects:
+            if start and start.candidate == candidate and id(start.state) in self._sides:
+                return start            # it is there already
+            found = self._together(candidate, start or self.null)
+            if found is not None:
+                return found
+        found = super()._fit(candidate, start, fold, thorough)
+        return found and self._standing(found, self.side(start or self.null))
+
+    def _standing(self, found, side):
+        """Return a fit, its side kept."""
+        self._sides[id(found.state)] = found, side
+        return found
+
+    def _together(self, candidate, start) -> Fit:
+        """Return the fit of a candidate and all errors, None where only linear errors will do."""
+        adapted = beside(self.bare, self.record.samples, self.settings, self.side(start).adapted,
+                         candidate)
+        if adapted is None:
+            return None
+        simulator, levels = adapted.simulator.but(compensation=None), adapted.fit.levels[0]
+        side = stand(simulator, adapted.prior, levels, self.settings, adapted.fit.candidate,
+                     occam=adapted.fit.occam - self.occam, adapted=adapted)
+        found = fit_of(fit(simulator, self.record.spectra, adapted.fit.candidate, levels,
+                           FIRST_STEPS, side.uncertainty), side)
+        return found and self._standing(found, side)

@@ -1,0 +1,196 @@
+"""Move a model onto healthy recordings, with what that leaves unknown."""
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from ssi_ros.effects import applicable
+from ssi_ros.gap.check import match
+from ssi_ros.gap.diagnosis import p_value_text
+from ssi_ros.gap.inference.whittle import BLAS
+from ssi_ros.gap.nominal.model import ModelNominal
+from ssi_ros.gap.nominal.simulator import Simulator
+from ssi_ros.gap.selection.thresholds import SELECTION
+from ssi_ros.gap.settings import DiagnosisSettings
+from ssi_ros.gap.spectra.imputation import completed
+from ssi_ros.gap.spectra.segmentation import frame_of
+from ssi_ros.integrity.missing import missing_of
+from ssi_ros.model.channels import of_channels, with_channels
+from ssi_ros.model.errors import Calibration, declared
+from ssi_ros.model.uncertainty import EXACT
+from ssi_ros.updating.fit import ErrorFit, fit_errors
+
+
+@dataclass(frozen=True, eq=False)
+class Check:
+    """How well a model explains one healthy recording."""
+
+    before: float           # gap statistic above its floor, of the model as it was [nats a band]
+    after: float            # and of the calibrated model
+    deviations: float       # of the latter, in standard deviations of the floor
+    p_value: float          # of all tests of the recording against the calibrated model
+    detected: tuple         # sentences: what the calibrated model does not explain
+
+
+class Moved(NamedTuple):
+    """One number of a model that was calibrated, in the units of `Calibration.values`."""
+
+    name: str
+    value: float            # by which it moved
+    declared: float         # standard deviation before,
+    remains: float          # and after, scatter included
+    scatter: float          # from recording to recording, beyond chance
+
+
+@dataclass(frozen=True, eq=False)
+class Calibrated:
+    """A model moved onto healthy recordings."""
+
+    spacecraft: object      # Spacecraft, with the calibration
+    fit: ErrorFit           # of all recordings together
+    scatter: np.ndarray     # (m,), deviation of errors from recording to recording, beyond chance
+    checks: tuple           # a Check of every recording
+    notes: tuple = ()       # channels that were left out, in sentences
+    missing: tuple = ()     # a Missing of every recording
+
+    @property
+    def moved(self):
+        """Return a Moved for every number, the largest in declared deviations first."""
+        calibration = self.spacecraft.calibration
+        every = dict(zip(calibration.names, np.sqrt(np.diag(np.array(calibration.covariance)))))
+        rows = map(Moved, self.fit.names, self.fit.values, self.fit.stds,
+                   (every[name] for name in self.fit.names), self.scatter)
+        return sorted(rows, key=lambda m: -abs(m.value / m.declared))
+
+    @property
+    def explains(self):
+        """Whether the calibrated model explains every healthy recording."""
+        return not any(c.detected for c in self.checks)
+
+
+def calibrate(spacecraft, recordings, settings=DiagnosisSettings(), *, names=(), present=(),
+              progress=lambda share: None):
+    """
+    Move a model onto healthy recordings.
+
+    Parameters
+    ----------
+    spacecraft : Spacecraft
+        The model, with its declared uncertainty.
+    recordings : sequence of Samples
+        One or more; levels of the inputs are free in each.
+    settings : DiagnosisSettings
+        Segments and band.
+    names : sequence of str, optional
+        Of the recordings, to be kept with the calibration.
+    present : tuple of Effect
+        Effects that the model has.
+    progress : callable
+        Called with the share done.
+
+    Returns
+    -------
+    Calibrated
+
+    Raises
+    ------
+    ValueError
+        If nothing is declared uncertain, or a recording does not fit the model.
+
+    """
+    errors, stds = declared(spacecraft)
+    if not errors:
+        raise ValueError('uncertainty: all numbers of the model are declared exact, so nothing '
+                         'can be calibrated; give frequency, damping, participation, shape, '
+                         'hub_inertia, gain or sensor_place_m a deviation above 0')
+    whole_model = replace(spacecraft, calibration=Calibration())
+    bare, matched, notes = _in_common(whole_model, recordings)
+    present = of_channels(present, [s.name for s in bare.sensors])
+    with BLAS.limit(limits=1):
+        whole = [_whole(bare, samples, settings, present) for samples in matched]
+        errors, stds = declared(bare)
+        found = fit_errors(bare, whole, errors, stds, settings, present=present,
+                           progress=lambda share: progress(0.6 * share))
+        scatter = _scatter(bare, whole, found, settings, present)
+        calibrated = replace(bare, calibration=Calibration(
+            errors, found.values, found.covariance + np.diag(scatter ** 2),
+            tuple(map(str, names))))
+        checks = []
+        for i, samples in enumerate(whole):
+            checks.append(_check(bare, calibrated, samples, settings, present))
+            progress(0.6 + 0.4 * (i + 1) / len(whole))
+    unexplained = tuple(dict.fromkeys(d for c in checks for d in c.detected))
+    calibration = replace(_of_all_channels(whole_model, calibrated.calibration),
+                          unexplained=unexplained)
+    return Calibrated(replace(whole_model, calibration=calibration), found, scatter,
+                      tuple(checks), notes, tuple(
+                          missing_of(r, [s.name for s in spacecraft.sensors])
+                          for r in recordings))
+
+
+def _in_common(spacecraft, recordings):
+    """Return the model and Samples with the channels that serve in every recording, and notes."""
+    notes, channels = (), None
+    for recording in recordings:
+        one, _, said = match(spacecraft, recording)
+        own = [s.name for s in one.sensors]
+        channels = [c for c in channels or own if c in own]
+        notes += said
+    if not channels:
+        raise ValueError('no channel serves in all recordings; calibrate on those alone that '
+                         'have channels in common')
+    bare = with_channels(spacecraft, channels)
+    matched = [match(bare, r) for r in recordings]
+    if any(model is not bare for model, *_ in matched):
+        raise ValueError('gaps of the recordings leave no channels in common; calibrate on fewer '
+                         'of them')
+    return bare, [samples for _, samples, _ in matched], tuple(dict.fromkeys(notes))
+
+
+def _of_all_channels(spacecraft, calibration):
+    """Return a calibration with the errors of the channels that it lacks, as they are declared."""
+    names, stds = declared(spacecraft)
+    if names == calibration.names:
+        return calibration
+    at = [names.index(n) for n in calibration.names]
+    values, covariance = np.zeros(len(names)), np.diag(stds ** 2)
+    values[at], covariance[np.ix_(at, at)] = calibration.values, calibration.covariance
+    return replace(calibration, names=names, values=values, covariance=covariance)
+
+
+def _whole(spacecraft, samples, settings, present):
+    """Return a recording without bias, its short gaps filled by the model."""
+    simulator = Simulator(spacecraft, frame_of(samples, settings), samples.duration_s, present)
+    clipped = np.full(samples.values.shape, np.nan)
+    return completed(simulator, samples, clipped, settings)[1]
+
+
+def _scatter(spacecraft, recordings, found, settings, present):
+    """Return by how much errors differ from recording to recording beyond chance, (m,)."""
+    if len(recordings) < 2:
+        return np.zeros(len(found.names))
+    each = [fit_errors(spacecraft, [r], found.names, found.stds, settings, present=present,
+                       before=replace(found, levels=(levels,)))
+            for r, levels in zip(recordings, found.levels)]
+    spread = np.var([f.values for f in each], axis=0, ddof=1)
+    chance = np.mean([np.diag(f.covariance) for f in each], axis=0)
+    return np.sqrt(np.maximum(spread - chance, 0.0))
+
+
+def _check(model, calibrated, samples, settings, present):
+    """Return how well a calibrated model explains a recording that it was calibrated on."""
+    def compared(spacecraft):
+        return ModelNominal(spacecraft, present).compare(
+            samples, settings, applicable(spacecraft), lambda share: None)
+    exact = compared(replace(model, uncertainty=EXACT))
+    before = exact.goodness_of_fit(exact.null)
+    comparison = compared(calibrated)
+    after = comparison.residual(comparison.null)
+    detected = ()
+    if after.p_value < SELECTION['residual_p'].value:
+        detected = tuple(d.text for d in after.detections + after.anomalies
+                         if d.p_value < SELECTION['residual_p'].value) or (
+            'the calibrated model does not explain its healthy recording '
+            f'(p = {p_value_text(after.p_value)})',)
+    return Check(before.value - before.floor, after.gap.value - after.gap.floor,
+                 after.gap.deviations, after.p_value, detected)

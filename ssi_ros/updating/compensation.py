@@ -1,0 +1,148 @@
+"""
+Errors of a model that keep the modes where a record has them, beside an effect that moves them.
+
+A model whose errors were fitted to the record itself has the frequencies of the record. An effect
+that moves them is then beside its own consequence: what it changes, the errors have taken up
+already. So a candidate stands at errors with what it moves taken back, and it is the prior that
+says which of the two is more probable: an effect that explains large errors makes them small.
+"""
+from dataclasses import replace
+
+import numpy as np
+from scipy.linalg import eigh
+from scipy.optimize import linear_sum_assignment
+
+from ssi_ros.effects.statistical_linearisation import linearise
+from ssi_ros.gap.candidate import Candidate
+from ssi_ros.model.errors import DAMPING, FREQUENCY, places_of, with_frequencies
+
+ROUNDS = 15             # of Newton, at most
+DONE = 2e-6             # change of a relative error at which it ends
+NEAR = {FREQUENCY: 3e-5, DAMPING: 0.03}     # relative, what a mode is brought to
+NEAR_SHAPE = 0.01       # of a shape, the same
+HALVINGS = 5            # of a step, until it gains
+FAR = {FREQUENCY: 0.3, DAMPING: 2.0}        # longest shift
+LEAST = 1e-9            # share of a mode in a freedom that counts, squared
+SHAPE_WEIGHT = 0.05     # logarithm of frequencies that one less the MAC is worth in a pairing
+STILL = 1e-7            # relative change of a frequency or a damping that is none
+
+
+class Compensation:
+    """
+    Shifts of errors, in their units, that take back what a candidate moves.
+
+    The modes that the record has are those of the simulator with the effects `around`.
+    """
+
+    def __init__(self, simulator, names, stds, around=Candidate()):
+        self.simulator, self.names, self.stds = simulator, names, stds
+        self.values = np.array(simulator.spacecraft.calibration.values)
+        self.nominal = simulator.setup(Candidate())
+        self.home = _modes(linearise(simulator.setup(around)))
+        self._known = {around: np.zeros(len(names))}
+        system = self.nominal.system
+        where = places_of(names, system.dofs, system.channels)
+        self.index = {kind: dict(zip(where[kind][1].tolist(), where[kind][0].tolist()))
+                      for kind in (FREQUENCY, DAMPING)}
+
+    def shift(self, candidate):
+        """Return the shift of all errors for a candidate, (m,)."""
+        if candidate not in self._known:
+            self._known[candidate] = self._shift(candidate)
+        return self._known[candidate]
+
+    def _shift(self, candidate):
+        shift = np.zeros(len(self.names))
+        setup = linearise(self.simulator.setup(candidate))
+        system, found = setup.system, _modes(setup)
+        pairs = _paired(self.home, found)
+        if all(np.allclose(found[k][pairs[1]], self.home[k][pairs[0]], rtol=STILL, atol=0)
+               for k in (0, 1)):
+            return shift
+        dofs = list(self.nominal.system.dofs)
+        own = [system.dofs.index(d) if d in system.dofs else None for d in dofs]
+        distance = self._distance(found, shift)
+        for _ in range(ROUNDS):
+            there = self._step(setup, own, shift)
+            for _ in range(HALVINGS):
+                after = self._distance(_modes(replace(
+                    setup, system=self._moved(system, own, there))), there)
+                if after < distance:
+                    break
+                # errors of two alike arrays turn the shapes of a close pair before they part it
+                there = (shift + there) / 2
+            else:
+                break
+            moved, shift, distance = np.abs(there - shift).max(), there, after
+            if moved < DONE:
+                break
+        return shift
+
+    def _distance(self, found, shift):
+        """Return how far modes are from where the record has them, and errors from the prior."""
+        home, there = _paired(self.home, found)
+        log = [np.log(self.home[k][home] / found[k][there]) for k in (0, 1)]
+        return float(np.sum((log[0] / NEAR[FREQUENCY]) ** 2)
+                     + np.sum((log[1] / NEAR[DAMPING]) ** 2)
+                     + np.sum(1 - _mac(self.home, found)[home, there]) / NEAR_SHAPE ** 2
+                     + np.sum((shift / self.stds) ** 2))
+
+    def _step(self, setup, own, shift):
+        """Return the shift that Gauss-Newton takes next, frequencies first, then dampings."""
+        shift = shift.copy()
+        for kind, numbers in self.index.items():
+            moved = self._moved(setup.system, own, shift)
+            now = frequency, damping, shapes, _ = _modes(replace(setup, system=moved))
+            pairs = _paired(self.home, now)         # anew: shapes of a close pair turn
+            there = frequency if kind == FREQUENCY else damping
+            wanted = np.log(self.home[0 if kind == FREQUENCY else 1][pairs[0]]
+                            / there[pairs[1]])
+            matrix = moved.stiffness if kind == FREQUENCY else moved.damping
+            energy = np.einsum('im,ij,jm->m', shapes, matrix, shapes)[pairs[1]]
+            at = [(own[d], i) for d, i in numbers.items() if own[d] is not None]
+            slope = np.array([shapes[d, pairs[1]] ** 2 * matrix[d, d] / energy
+                              for d, _ in at]).T
+            which = np.array([i for _, i in at])
+            # the most probable errors of all that do it, as nearly as a record could show
+            unit = shift[which] / self.stds[which]
+            scaled = slope * self.stds[which] / NEAR[kind]
+            unit = np.linalg.solve(
+                scaled.T @ scaled + np.eye(len(unit)),
+                scaled.T @ (wanted / NEAR[kind] + scaled @ unit))
+            shift[which] = np.clip(self.stds[which] * unit, -FAR[kind], FAR[kind])
+        return shift
+
+    def _moved(self, system, own, shift):
+        """Return the system with shifts of frequencies and dampings in its matrices."""
+        frequency, damping = np.ones(len(system.dofs)), np.zeros(len(system.dofs))
+        for kind, out in ((FREQUENCY, frequency), (DAMPING, damping)):
+            for dof, i in self.index[kind].items():
+                if own[dof] is not None:
+                    # relative errors are of the model as it is written, not as it stands
+                    out[own[dof]] += shift[i] / (
+                        1.0 + self.values[i] if kind == FREQUENCY else 1.0)
+        return with_frequencies(system, frequency, damping)
+
+
+def _modes(setup):
+    """Return frequencies as the stamps have them, modal damping rates, shapes, and at channels."""
+    system = setup.system
+    values, shapes = eigh(system.stiffness, system.mass)
+    keep = values > LEAST * values[-1]
+    values, shapes = values[keep], shapes[:, keep]
+    stretch = setup.stamp_rate_hz / system.rate_hz
+    damping = np.einsum('im,ij,jm->m', shapes, (system.damping + system.damping.T) / 2, shapes)
+    return (np.sqrt(values) * stretch, np.maximum(damping, 1e-12) * stretch, shapes,
+            system.sensor @ shapes)
+
+
+def _paired(home, found):
+    """Return the indices of modes that belong together, by frequency and shape."""
+    distance = np.abs(np.log(home[0][:, None] / found[0][None]))
+    return linear_sum_assignment(distance + SHAPE_WEIGHT * (1 - _mac(home, found)))
+
+
+def _mac(home, found):
+    """Return the MAC of all modes with all modes at the channels."""
+    one, other = (s / np.maximum(np.linalg.norm(s, axis=0), 1e-300) for s in (home[3], found[3]))
+    return (one.T @ other) ** 2

@@ -1,0 +1,276 @@
+"""
+Fit the errors of a model to recordings: the most probable values, and what remains unknown.
+
+The spectrum of a lightly damped mode says nothing of its frequency to a model that is many line
+widths away. So the fit goes from short segments, whose lines are wide, to long ones; each stage
+begins where the one before ended, and two schedules of lengths guard each other. Within a stage it
+is damped Fisher scoring of the debiased Whittle likelihood with the declared prior, eq. (164) of
+docs/theory-gap.md.
+"""
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import repeat
+
+import numpy as np
+
+from ssi_ros.gap.candidate import Candidate, priors_of
+from ssi_ros.gap.inference.fisher_scoring import covariance, maximise
+from ssi_ros.gap.inference.model_fit import differences, scales_of
+from ssi_ros.gap.inference.whittle import Evidence, hermitian, whiten
+from ssi_ros.gap.nominal.simulator import level_prior, Simulator
+from ssi_ros.gap.selection.evidence import log_prior_ratio
+from ssi_ros.gap.spectra.segmentation import frame_of, spectra
+from ssi_ros.model.errors import Calibration
+from ssi_ros.updating.slopes import plain_slopes, slopes
+
+LEAST_ROWS = 40         # of a segment
+REUSED = 3              # steps that an information serves; the score is always that of the place
+CAP, LEVEL_CAP = 2.0, 1.5           # longest step: deviations of an error, log of a level
+# segments before the full ones are so many times shorter; the better end of both counts
+SCHEDULES = (60, 20, 7, 2.5), (40, 15, 5, 2)
+STAGE_STEPS, LAST_STEPS = 12, 20
+LEAST_KNOWN = 1e-6      # of the information of a number, in its scale
+
+
+@dataclass(frozen=True, eq=False)
+class ErrorFit:
+    """Errors of a model at their most probable values, and the effect that was fitted beside."""
+
+    names: tuple            # (m,)
+    values: np.ndarray      # (m,), in the units of Calibration
+    stds: np.ndarray        # (m,), declared
+    information: np.ndarray  # (m, m), of the recordings alone, in deviations, all else profiled
+    levels: tuple           # of every recording
+    log_likelihood: float   # with the prior
+    candidate: Candidate = Candidate()      # at its most probable numbers
+    of_candidate: np.ndarray = None         # (q, q), covariance of its coordinates, errors out
+
+    @cached_property
+    def covariance(self):
+        """Return what remains unknown, (m, m)."""
+        inverse = np.linalg.inv(self.information + np.eye(len(self.values)))
+        return self.stds[:, None] * inverse * self.stds
+
+    @property
+    def occam(self):
+        """Return the log of posterior over prior volume of the errors."""
+        return -np.linalg.slogdet(self.information + np.eye(len(self.values)))[1] / 2
+
+    @property
+    def log_evidence(self):
+        """Return the log evidence of the model with errors of its own, and the effect beside."""
+        return self.log_likelihood + self.occam + log_prior_ratio(
+            priors_of(self.candidate), self.of_candidate)
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """A recording cut for one stage, with the model side that goes with it."""
+
+    simulator: Simulator
+    evidence: Evidence
+
+
+@dataclass(frozen=True, eq=False)
+class _Problem:
+    """What stays the same in a stage."""
+
+    recordings: tuple
+    stds: np.ndarray        # (m,)
+    candidate: Candidate    # where its numbers begin
+
+
+class _Place:
+    """Where a fit stands: levels of every recording, errors in deviations, numbers of effects."""
+
+    def __init__(self, problem, x, before=None):
+        self.problem, self.x, self.before = problem, x, before
+        # what a place gave that many steps ago
+        self.information = before and before.information
+        self.age = before.age + 1 if before else 0
+        recordings, stds = problem.recordings, problem.stds
+        own = len(problem.candidate.point())
+        errors = len(x) - own - len(stds)
+        self.unit = x[errors:errors + len(stds)]
+        self.logs = x[:errors].reshape(len(recordings), -1)
+        self.candidate = problem.candidate.moved(x[errors + len(stds):])
+        self.prior = level_prior(self.logs.shape[1])
+        self.sides = [r.simulator.at_errors(self.unit * stds) for r in recordings]
+        self.now = [side.expected(self.candidate, np.exp(g))
+                    for side, g in zip(self.sides, self.logs)]
+        self.value = -np.inf
+        if all(n is not None for n in self.now):
+            self.white = [whiten(n.at(np.exp(g)), r.evidence)
+                          for n, g, r in zip(self.now, self.logs, recordings)]
+            self.value = (sum(w.likelihood for w in self.white)
+                          - float(self.unit @ self.unit) / 2
+                          - float(np.sum(self.prior * self.logs ** 2)) / 2)
+
+    def at(self, x):
+        """Return the place at other coordinates, None where the model cannot exist."""
+        there = _Place(self.problem, x, self)
+        return there if np.isfinite(there.value) else None
+
+    def gradient(self):
+        """Return score and information of the likelihood with its priors."""
+        if self.information is None or self.age == REUSED or None in self.before.plain:
+            self.before = None
+            score, self.information, self.age = *self.of_recordings(), 0
+        else:
+            score = self.score()
+        more = np.zeros(len(self.x) - self.logs.size - len(self.unit))
+        score = score - np.concatenate([(self.prior * self.logs).ravel(), self.unit, more])
+        prior = np.concatenate([np.tile(self.prior, len(self.logs)), np.ones(len(self.unit)),
+                                more])
+        return score, self.information + np.diag(prior)
+
+    @cached_property
+    def plain(self):
+        """Return the PlainSlopes of every recording, None where its spectrum is not plain."""
+        known = [p and p.changes for p in self.before.plain] if self.before else repeat(None)
+        return [plain_slopes(side, np.exp(g), self.problem.stds, self.candidate, changes)
+                for side, g, changes in zip(self.sides, self.logs, known)]
+
+    def score(self):
+        """Return the score of the likelihood alone, where all spectra are plain."""
+        score = np.zeros(len(self.x))
+        for i, (index, plain, white) in enumerate(zip(self._indices(), self.plain, self.white)):
+            excess = hermitian(white.excess[0].reshape(white.lower[0].shape))
+            levels, more = (rows @ white.excess[0] for rows in self._of_others(i))
+            score[index] += white.weight * np.concatenate(
+                [levels, plain.score(white.lower[0], excess), more])
+        return score
+
+    def of_recordings(self):
+        """Return score and information of the likelihood alone."""
+        size = len(self.x)
+        score, information = np.zeros(size), np.zeros((size, size))
+        for i, (index, white) in enumerate(zip(self._indices(), self.white)):
+            levels, more = self._of_others(i)
+            flat = np.concatenate([levels, self._of_errors(i), more])
+            score[index] += white.weight * (flat @ white.excess[0])
+            information[np.ix_(index, index)] += white.weight * (flat @ flat.T)
+        return score, information
+
+    def _indices(self):
+        """Yield where the levels of each recording and all else are in x."""
+        count = self.logs.shape[1]
+        for i in range(len(self.logs)):
+            yield np.append(np.arange(i * count, (i + 1) * count),
+                            np.arange(self.logs.size, len(self.x)))
+
+    def _of_others(self, i):
+        """Return the whitened derivatives by levels, (c, k l l), and by numbers of effects."""
+        now, logs, side = self.now[i], self.logs[i], self.sides[i]
+        levels = [np.exp(g) * s for g, s in zip(logs, now.shares)]
+        model = now.at(np.exp(logs))
+        more = differences(side, self.candidate, np.exp(logs), model, now.near)
+        found = self.white[i].directions([c.mean(axis=0, keepdims=True) for c in levels + more])
+        return found[:len(levels), 0], found[len(levels):, 0]
+
+    def _of_errors(self, i):
+        """Return the whitened derivatives by the errors in deviations, (m, k l l)."""
+        if self.plain[i]:
+            return self.plain[i].whitened(self.white[i].lower[0])
+        levels = np.exp(self.logs[i])
+        return self.white[i].directions([c.mean(axis=0, keepdims=True) for c in slopes(
+            self.sides[i], self.now[i].at(levels), levels, self.problem.stds, self.candidate)]
+            )[:, 0]
+
+
+def fit_errors(spacecraft, samples, names, stds, settings, *, present=(), before=None,
+               candidate=Candidate(), progress=lambda share: None):
+    """
+    Fit the errors of a model to recordings.
+
+    Parameters
+    ----------
+    spacecraft : Spacecraft
+        The model.
+    samples : sequence of Samples
+        Recordings without gaps, with the channels of the model.
+    names, stds
+        Errors and their declared deviations, of `declared`.
+    settings : DiagnosisSettings
+        Segments and band.
+    present : tuple of Effect
+        Effects that the model has.
+    before : ErrorFit, optional
+        Where to begin; then only the last stage is made.
+    candidate : Candidate
+        Effects whose numbers are fitted beside.
+    progress : callable
+        Called with the share done.
+
+    Returns
+    -------
+    ErrorFit
+
+    """
+    spacecraft = replace(spacecraft, calibration=Calibration(names, np.zeros(len(names))))
+    start, schedules = (None, np.zeros(len(names)), candidate), [[settings.segment_s]]
+    if before is None:
+        least_s = max(LEAST_ROWS / samples[0].rate_hz, 1.0)
+        schedules = [[settings.segment_s / k for k in shares if settings.segment_s / k > least_s]
+                     + [settings.segment_s] for shares in SCHEDULES]
+    else:
+        start = np.log(np.ravel(before.levels)), np.array(before.values), candidate
+    ends, done, total = [], 0, sum(map(len, schedules))
+    for schedule in schedules:
+        at = start
+        for number, segment_s in enumerate(schedule):
+            recordings = [_recording(spacecraft, s, settings, segment_s, present)
+                          for s in samples]
+            last = number == len(schedule) - 1
+            here = _climbed(recordings, stds, *at, LAST_STEPS if last else STAGE_STEPS)
+            if here is not None:            # else the next stage tries from the same place
+                at = here.logs.ravel(), here.unit * stds, here.candidate
+            done += 1
+            progress(done / total)
+        ends += [here] if here is not None else []
+    if not ends:
+        raise ValueError('the errors of the model could not be fitted to the recording: its '
+                         'spectrum is not finite')
+    best = max(ends, key=lambda here: here.value)
+    of_errors, of_candidate = _profiled(best, scales_of(candidate))
+    return ErrorFit(names, best.unit * stds, stds, of_errors, tuple(np.exp(best.logs)),
+                    best.value, best.candidate, of_candidate)
+
+
+def _climbed(recordings, stds, levels, values, candidate, steps):
+    """Return the _Place that a climb from some values ends at, or None; levels may be None."""
+    there = recordings[0].simulator.expected(candidate)
+    count = len(there.names) * len(recordings)
+    if levels is None or len(levels) != count:
+        levels = np.zeros(count)
+    begin = _Place(_Problem(recordings, stds, candidate),
+                   np.concatenate([levels, values / stds, candidate.point()]))
+    caps = np.concatenate([np.full(count, LEVEL_CAP), np.full(len(stds), CAP),
+                           LEVEL_CAP * scales_of(candidate)])
+    return maximise(begin, caps, steps)[0] if np.isfinite(begin.value) else None
+
+
+def _profiled(here, scales):
+    """Return the information of the errors, (m, m), and the covariance of the coordinates."""
+    _, information = here.of_recordings()
+    levels, m = here.logs.size, len(here.unit)
+    prior = np.concatenate([np.tile(here.prior, len(here.logs)), np.zeros(m),
+                            LEAST_KNOWN / np.square(scales)])
+    information += np.diag(prior)
+    at = np.arange(len(information))
+    errors, numbers = (at >= levels) & (at < levels + m), at >= levels + m
+
+    def alone(kept):
+        mixed = information[np.ix_(kept, ~kept)]
+        return information[np.ix_(kept, kept)] - mixed @ np.linalg.solve(
+            information[np.ix_(~kept, ~kept)], mixed.T)
+    of_errors = alone(errors)
+    information[errors, errors] += 1.0
+    return of_errors, covariance(alone(numbers), scales) if len(scales) else None
+
+
+def _recording(spacecraft, samples, settings, segment_s, present):
+    """Cut a recording into segments of a length."""
+    frame = frame_of(samples, replace(settings, segment_s=segment_s, band_bins=1))
+    simulator = Simulator(spacecraft, frame, samples.duration_s, present)
+    return Recording(simulator, Evidence(frame, spectra(samples, frame), frame.used))

@@ -1,0 +1,135 @@
+"""
+The uncertainty of a nominal model: small errors that are no effect, eq. (116) to (118).
+
+Gains of sensors, stiffness of arrays, single frequencies and the step of an integrator differ a
+little between two correct models. Each is a direction in the expected spectrum with a Gaussian
+prior; all are fitted beside every candidate, so that a gap within them is no gap.
+"""
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ssi_ros.effects.edits import mix, scale_stiffness
+from ssi_ros.effects.points import dispersed, single_modes, with_mode
+from ssi_ros.effects.statistical_linearisation import linearise
+from ssi_ros.gap.inference.thresholds import LIMITS
+from ssi_ros.gap.inference.whittle import hermitian, real_vectors, white
+from ssi_ros.model.errors import with_frequencies
+
+STEP = 1e-4             # relative change for a difference quotient
+
+
+@dataclass(frozen=True, eq=False)
+class ModelUncertainty:
+    """Whitened directions of model errors, in units of their standard deviations."""
+
+    names: tuple            # what each is
+    vectors: np.ndarray     # (n, k l l), change of the whitened spectrum by one of them
+    offset: np.ndarray = 0.0    # (n,), where the model stands already, from the prior's mean
+    into: np.ndarray = None     # (n, m), from errors of the model's numbers to these directions
+    products: np.ndarray = None     # (n, n), of the vectors with each other
+
+    def __post_init__(self):
+        if self.products is None:
+            object.__setattr__(self, 'products', self.vectors @ self.vectors.T)
+
+    def and_of(self, other):
+        """Return the directions of both."""
+        into = np.zeros((len(self.names), other.into.shape[1]))
+        return ModelUncertainty(self.names + other.names,
+                                np.concatenate([self.vectors, other.vectors]),
+                                np.append(np.zeros(len(self.names)), other.offset),
+                                np.concatenate([into, other.into]))
+
+    def moves(self, shift):
+        """Return what a shift of the errors of the model's numbers, (m,), is in directions."""
+        return self.into @ shift if np.any(shift) else np.zeros(len(self.names))
+
+    def shifted(self, shift):
+        """Return the same around a model whose errors are shifted."""
+        return replace(self, offset=self.offset + self.moves(shift)) if np.any(shift) else self
+
+    def profile(self, whitened):
+        """
+        Return gain of the log likelihood by model errors, their values (n,) and (F + 1)^-1, (117).
+
+        Far from the record, as a wrong candidate is, the most probable values are limited, so that
+        they do not distort the spectrum or decide for it.
+        """
+        excess = whitened.excess.sum(axis=0)
+        slopes = whitened.weight * (self.vectors @ excess) - self.offset
+        many = whitened.weight * len(whitened.excess)
+        inverse = np.linalg.inv(many * self.products + np.eye(len(slopes)))
+        most = inverse @ slopes
+        share = min(1.0, LIMITS.corrected_std.value / max(np.abs(most).max(initial=0.0), 1e-300))
+        if self.into is not None:
+            # of a wide prior it is the spectrum that a linear change must not leave
+            changed = np.abs(most @ self.vectors).max()
+            share = min(share, LIMITS.linear_change.value / max(changed, 1e-300))
+        return float(slopes @ most) * (share - share ** 2 / 2), share * most, inverse
+
+    def corrected(self, model, whitened):
+        """Return the model with its errors at their most probable values, eq. (118)."""
+        _, most, _ = self.profile(whitened)
+        count = model.shape[-1]
+        correction = np.eye(count) + hermitian((most @ self.vectors).reshape(-1, count, count))
+        if np.linalg.eigvalsh(correction).min() < LIMITS.corrected_spectrum.value:
+            return model
+        factor = np.linalg.cholesky(model)
+        return white(factor, correction[None])
+
+
+def no_uncertainty(frame, channels):
+    """Return the uncertainty of an exact model."""
+    return ModelUncertainty((), np.zeros((0, (frame.last - frame.first) * channels ** 2)))
+
+
+def model_uncertainty(simulator, candidate, levels, settings):
+    """Return the ModelUncertainty around a candidate at levels; settings give the deviations."""
+    # hinges are linearised once: so small a change of the rest leaves them as they are
+    setup = replace(linearise(simulator.setup(candidate, levels)), drift=0.0)
+    base = simulator.spectrum(setup).at(levels)
+    lower = np.linalg.inv(np.linalg.cholesky(base))
+    found = [(name, size / STEP * real_vectors(white(
+        lower, simulator.spectrum(moved).at(levels) - base)).mean(axis=0))
+        for name, moved, size in _moves(setup, settings) if size > 0.0]
+    if not found:
+        return no_uncertainty(simulator.frame, base.shape[-1])
+    names, vectors = zip(*found)
+    return ModelUncertainty(names, np.array(vectors))
+
+
+def _moves(setup, settings):
+    """Yield name, setup with the number moved by STEP, and its standard deviation."""
+    channels = setup.system.channels
+    for i, channel in enumerate(channels):
+        matrix = np.eye(len(channels))
+        matrix[i, i] += STEP
+        yield f'gain of {channel}', mix(setup, matrix), settings.gain_std
+    arrays = [a.name for a in setup.spacecraft.arrays]
+    for array in arrays:
+        yield (f'stiffness of {array}', replace(setup, system=scale_stiffness(
+            setup.system, [array], 1 + STEP)), settings.stiffness_std)
+    if not arrays:
+        moved = {f'frequency of mode {n}': (with_mode(setup.system, n, 1 + STEP),
+                                            settings.frequency_std)
+                 for n, _ in single_modes(setup.system)}
+        moved['dispersion'] = dispersed(setup.system, STEP), settings.dispersion_std
+        yield from ((k, replace(setup, system=s), std) for k, (s, std) in moved.items())
+        return
+    modes = max(a.modes for a in setup.spacecraft.arrays)
+    for mode in range(modes):
+        factors = {f'{a}_eta{mode + 1}': 1 + 2 * STEP for a in arrays}
+        yield (f'frequency of mode {mode + 1}', _scaled(setup, factors), settings.frequency_std)
+    # An integrator with a step or a mesh errs by the square of the frequency.
+    squares = {d: setup.system.stiffness[i, i] for i, d in enumerate(setup.system.dofs)
+               if '_eta' in d}
+    top = max(squares.values())
+    factors = {d: 1 + 2 * STEP * k / top for d, k in squares.items()}
+    yield 'error that grows with frequency', _scaled(setup, factors), settings.dispersion_std
+
+
+def _scaled(setup, factors):
+    """Return the setup with the diagonal stiffness of freedoms multiplied."""
+    scale = np.sqrt([factors.get(d, 1.0) for d in setup.system.dofs])
+    return replace(setup, system=with_frequencies(setup.system, scale))

@@ -1,0 +1,126 @@
+"""What a nominal does not know of its own numbers, as directions of its expected spectrum."""
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ssi_ros.gap.candidate import Candidate
+from ssi_ros.gap.inference.whittle import real_vectors, white
+from ssi_ros.model.errors import declared
+from ssi_ros.updating.model_uncertainty import model_uncertainty, ModelUncertainty
+from ssi_ros.updating.slopes import plain_slopes, slopes
+
+LEAST = 1e-2            # squared deviations that a direction must make in a record to be kept
+
+
+@dataclass(frozen=True, eq=False)
+class ErrorPrior:
+    """
+    A Gaussian prior of the errors of a model's numbers, and where the model stands.
+
+    Attributes
+    ----------
+    names : tuple of str, (m,)
+        Errors, those of the calibration of the model.
+    root : ndarray, (m, m)
+        Root A of the covariance A A^T, in the units of `Calibration.values`.
+    offset : ndarray, (m,)
+        A^-1 times the values of the model less the mean of the prior.
+
+    """
+
+    names: tuple
+    root: np.ndarray
+    offset: np.ndarray
+
+    @property
+    def log_density(self):
+        """Return the log density where the model stands, over that at the mean."""
+        return -float(self.offset @ self.offset) / 2
+
+
+@dataclass(frozen=True, eq=False)
+class Side:
+    """A model side that fits stand on, and what it does not know around itself."""
+
+    simulator: object
+    errors: ModelUncertainty        # directions of its errors; None of an exact model
+    log_density: float      # of where its errors stand, and of how wide they may be there
+    adapted: object = None  # the Adapted that it was made of
+    uncertainty: ModelUncertainty = None    # `around` the candidate that it was made for
+
+    def around(self, candidate, levels, settings):
+        """Return what the model does not know of its numbers, around a candidate."""
+        small = model_uncertainty(self.simulator, candidate, levels, settings)
+        return small.and_of(self.errors) if self.errors else small
+
+
+def known_by_recordings(calibration):
+    """Return the prior that a calibration leaves: its own values, with its covariance."""
+    covariance = np.array(calibration.covariance)
+    values, vectors = np.linalg.eigh(covariance)
+    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    return ErrorPrior(calibration.names, root, np.zeros(len(root)))
+
+
+def prior_of(spacecraft):
+    """Return what is unknown of a model before any record, an ErrorPrior, or None if exact."""
+    if spacecraft.calibration.covariance:
+        return known_by_recordings(spacecraft.calibration)
+    names, stds = declared(spacecraft)
+    return ErrorPrior(names, np.diag(stds), np.zeros(len(stds))) if names else None
+
+
+def declared_prior(found):
+    """Return the declared prior around a model whose errors were fitted: an ErrorFit."""
+    return ErrorPrior(found.names, np.diag(found.stds), found.values / found.stds)
+
+
+def error_directions(simulator, levels, prior, candidate=Candidate()):
+    """
+    Return the directions in which a prior lets the expected spectrum of a model go.
+
+    Parameters
+    ----------
+    simulator : Simulator
+        The model, its calibration at the values of the prior.
+    levels : ndarray
+        Of its inputs and its noise.
+    prior : ErrorPrior
+        What is not known.
+    candidate : Candidate
+        Effects beside.
+
+    Returns
+    -------
+    ModelUncertainty
+        Orthogonal directions, those that a record of this length would show.
+
+    """
+    nominal = simulator.expected(candidate, levels)
+    base, frame = nominal.at(levels), simulator.frame
+    lower = np.linalg.inv(np.linalg.cholesky(base))
+    sizes = np.maximum(np.linalg.norm(prior.root, axis=1), 1e-12)
+    plain = plain_slopes(simulator, levels, sizes, candidate)
+    each = plain.whitened(lower[0]) if plain else np.array([
+        real_vectors(white(lower, c)).mean(axis=0, dtype=np.float32)
+        for c in slopes(simulator, base, levels, sizes, candidate)])
+    each /= sizes[:, None]
+    vectors = prior.root.T @ each
+    information = frame.segments / frame.inflation * (vectors @ vectors.T)
+    squares, turn = np.linalg.eigh(information)
+    turn = turn[:, squares > LEAST]
+    names = tuple(f'error {i + 1}' for i in range(turn.shape[1]))
+    return ModelUncertainty(names, (turn.T @ vectors).astype(float), turn.T @ prior.offset,
+                            turn.T @ np.linalg.pinv(prior.root))
+
+
+def stand(simulator, prior, levels, settings, candidate=Candidate(), *, occam=0.0, adapted=None):
+    """
+    Return the Side of a model whose errors have a prior, made for a candidate at levels.
+
+    `prior` is an ErrorPrior, or None of an exact model; `occam` the log of posterior over prior
+    volume of its errors, over that of the side without effects.
+    """
+    errors = error_directions(simulator, levels, prior, candidate) if prior else None
+    side = Side(simulator, errors, (prior.log_density if prior else 0.0) + occam, adapted)
+    return replace(side, uncertainty=side.around(candidate, levels, settings))

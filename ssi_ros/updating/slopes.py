@@ -1,0 +1,221 @@
+"""
+Derivatives of an expected spectrum by the errors of a model's numbers, eq. (166) and (167).
+
+A plain spectrum is a sum over the poles of the system, R(lag) = sum_i res_i p_i^(lag - 1), and so
+are its derivatives: the transforms of p^(lag - 1) serve all errors at once. What is not plain (a
+drift, a filter, jitter) is differentiated by difference quotients.
+"""
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ssi_ros.gap.candidate import Candidate
+from ssi_ros.gap.inference.whittle import real_vectors, white
+from ssi_ros.model.disturbances import Chirp, Sine
+from ssi_ros.model.excitation import Coloured, White
+from ssi_ros.model.statespace import stationary_divisor
+from ssi_ros.model.structure import numbers_with_errors
+from ssi_ros.model.tangent import tangent
+
+PROBE = 1e-3            # of a size, for a difference quotient
+EXACT_PROBE = 1e-6      # for matrices, which are simple functions of the errors
+MATRICES = 'mass', 'damping', 'stiffness', 'sensor'
+BLOCK = 512             # bins that are whitened at a time
+
+
+def slopes(simulator, base, levels, sizes, candidate=Candidate()):
+    """
+    Yield the change of an expected spectrum by a size of every error, (a, k, l, l) each.
+
+    `base` is the spectrum of a candidate at `levels`, `sizes` (m,) in the units of the errors.
+    """
+    values = np.array(simulator.spacecraft.calibration.values)
+    for step in np.diag(PROBE * sizes):
+        there = simulator.at_errors(values + step).expected(candidate, levels)
+        yield (there.at(levels) - base) / PROBE
+
+
+@dataclass(frozen=True, eq=False)
+class PlainSlopes:
+    """
+    Derivatives of a spectrum that is a sum over poles, in the modal coordinates of the system.
+
+    The spectrum is S = G (X + X^H) G^H, with X(k) = sum_j transforms(k, j) terms_j, and what no
+    error changes: noise of the sensors, lines. Channels that an effect mixes before their gains
+    count to first order.
+    """
+
+    transforms: np.ndarray  # (k, j), of every pole, of its derivative, and of R(0) / 2
+    terms: np.ndarray       # (j, l, l)
+    of_terms: np.ndarray    # (j, l l, p), their derivatives
+    outputs: np.ndarray     # G, (1 or k, l, l): gains, cross-talk, delays
+    of_gains: np.ndarray    # (p, l), relative, of the channels before all that
+    changes: tuple          # of the matrices and of the gains, for places near by
+
+    def score(self, lower, excess):
+        """
+        Return the slopes of sum_k tr(excess white(change)), (p,).
+
+        `lower` (k, l, l) whitens; `excess` (k, l, l) is Hermitian.
+        """
+        scaled = lower @ self.outputs
+        pull = scaled.conj().swapaxes(-1, -2) @ excess @ scaled
+        gathered = self.transforms.T @ pull.reshape(len(pull), -1)      # tr(A X) = A^T : X
+        turned = gathered.reshape(self.terms.shape).swapaxes(-1, -2).reshape(len(gathered), -1)
+        found = 2 * np.einsum('jc,jcp->p', turned, self.of_terms).real
+        return found + self.of_gains @ (2 * np.einsum('kij,kji->i', self._spectrum(), pull).real)
+
+    def whitened(self, lower):
+        """Return the whitened derivatives as real vectors, (p, k l l), in single precision."""
+        (bins, count, _), p = lower.shape, self.of_terms.shape[-1]
+        swap = np.arange(count ** 2).reshape(count, count).T.ravel()
+        of_terms = self.of_terms.reshape(len(self.of_terms), -1).astype(np.complex64)
+        transforms = self.transforms.astype(np.complex64)
+        scaled = lower @ self.outputs
+        both = np.einsum('kia,kjb->kijab', scaled, scaled.conj()).reshape(
+            bins, count ** 2, count ** 2).astype(np.complex64)
+        out = np.empty((p, bins, count ** 2), np.float32)
+        for begin in range(0, bins, BLOCK):
+            part = slice(begin, begin + BLOCK)
+            half = both[part] @ (transforms[part] @ of_terms).reshape(-1, count ** 2, p)
+            sums = half.real + half.imag
+            sums += half.real[:, swap] - half.imag[:, swap]
+            out[:, part] = sums.transpose(2, 0, 1)
+        for i in np.flatnonzero(self.of_gains.any(axis=1)):
+            half = white(scaled, self.of_gains[i][:, None] * self._spectrum())
+            out[i] += real_vectors(half + half.conj().swapaxes(-1, -2)).reshape(bins, -1)
+        return out.reshape(p, -1)
+
+    def _spectrum(self):
+        """Return X + X^H, (k, l, l)."""
+        half = (self.transforms @ self.terms.reshape(len(self.terms), -1)).reshape(
+            -1, *self.terms.shape[1:])
+        return half + half.conj().swapaxes(-1, -2)
+
+
+def is_plain(simulator, levels, candidate=Candidate()):
+    """Return whether the spectrum of a candidate is a sum over poles that `plain_slopes` takes."""
+    return _colours(simulator.setup(candidate, levels), levels, simulator.frame) is not None
+
+
+def plain_slopes(simulator, levels, sizes, candidate=Candidate(), changes=None):
+    """
+    Return the PlainSlopes by sizes (p,) of all errors, at levels, beside a candidate.
+
+    None for what is not plain: a drift, jitter, laws of hinges, filters, a level that varies.
+    `changes` of a place near by save the time to find out how errors change the matrices.
+    """
+    setup = simulator.setup(candidate, levels)
+    colours = _colours(setup, levels, simulator.frame)
+    if colours is None:
+        return None
+    system, frame = setup.system, simulator.frame
+    changes = changes or _changes(simulator, candidate, system, sizes)
+    *of_matrices, of_gains = changes
+    found = tangent(system, *of_matrices)
+    by_pole, by_its_change = _transforms(found.poles, frame)
+    whole = np.hstack([by_pole, by_its_change,
+                       np.full((len(by_pole), 1), frame.overlap[0] / 2)])
+    transforms, all_terms, all_of_terms = [], [], []
+    for colour, inputs in colours:
+        terms, now, of_terms, of_now = _residues(found, inputs, system.rate_hz)
+        moved = np.einsum('nij,pn->nijp', terms, found.of_poles)
+        transforms.append(np.reshape(colour, (-1, 1)) * whole)
+        all_terms += [terms, np.zeros_like(terms), now[None]]
+        all_of_terms += [of_terms, moved, of_now[None]]
+    of_terms = np.concatenate(all_of_terms)
+    return PlainSlopes(np.hstack(transforms), np.concatenate(all_terms),
+                       of_terms.reshape(len(of_terms), -1, len(sizes)),
+                       _outputs(setup, frame), of_gains, changes)
+
+
+def _colours(setup, levels, frame):
+    """Return pairs of a colour, (k,) or 1, and the covariance of its inputs; None: not plain."""
+    system = setup.system
+    if (setup.drift or setup.laws or setup.lags or setup.jitter_rms_s or system.shaping
+            or system.conditioning or system.quadrature
+            or set(system.kinds) != {'acceleration'}):
+        return None
+    found, each = {}, iter(levels)
+    for part in system.excitation:
+        inner, filters = part, []
+        while isinstance(inner, Coloured):
+            filters.append(inner)
+            inner = inner.part
+        if isinstance(inner, (Sine, Chirp)):
+            continue                # a line says nothing of the numbers of the model
+        if not isinstance(inner, White):
+            return None
+        key = tuple(replace(f, part=None) for f in filters)
+        inputs = next(each) * inner.covariance(system.rate_hz, system.inputs)
+        found[key] = found.get(key, 0.0) + inputs
+    return [(np.prod([f.power(frame.frequencies_hz) for f in key], axis=0), inputs)
+            for key, inputs in found.items()]
+
+
+def _changes(simulator, candidate, system, sizes):
+    """Return changes by sizes of the errors: of the MATRICES, and relative ones of the gains."""
+    values = np.array(simulator.spacecraft.calibration.values)
+    numbers, away = numbers_with_errors(simulator.spacecraft), simulator.shift(candidate)
+    here, steps = numbers(values + away), np.diag(EXACT_PROBE * sizes)
+    there = [numbers(values + away + step) for step in steps]
+    of_gains = np.array([t.gains / here.gains - 1 for t in there]) / EXACT_PROBE
+    if not all(np.array_equal(getattr(here, n), getattr(system, n)) for n in MATRICES):
+        # an effect has changed the structure, perhaps by what the errors change as well
+        here = system
+        there = [simulator.at_errors(values + step).setup(candidate).system for step in steps]
+    return (*(np.array([getattr(t, n) - getattr(here, n) for t in there]) / EXACT_PROBE
+              for n in MATRICES), of_gains)
+
+
+def _outputs(setup, frame):
+    """Return what stages without memory, delays and low-passes make of the channels, (k, l, l)."""
+    count = len(setup.system.channels)
+    out = np.eye(count)[None]
+    if any(setup.delays_s) or setup.corners_hz:
+        stretch = setup.system.rate_hz / frame.rate_hz
+        out = setup.reading(frame.frequencies_hz * stretch)[:, :, None] * out
+    for stage in setup.system.chain:
+        out = stage.response(np.zeros(1), count) @ out
+    return out
+
+
+def _residues(found, inputs, rate_hz):
+    """Return res (n, l, l) and R(0) (l, l), and their derivatives (n, l, l, p), eq. (167)."""
+    p, b, c, d = found.poles, found.b, found.c, found.d
+    away = stationary_divisor(p, rate_hz)
+    bq, of_bq = b @ inputs, found.of_b @ inputs
+    state = bq @ b.conj().T / away
+    half = of_bq @ b.conj().T
+    of_away = found.of_poles[:, :, None] * p.conj()
+    of_state = (half + half.conj().swapaxes(-1, -2) + state * (
+        of_away + of_away.conj().swapaxes(-1, -2))) / away
+    ch, of_ch = c.conj().T, found.of_c.conj().swapaxes(-1, -2)
+    ahead = p[:, None] * (state @ ch) + bq @ d.T
+    of_ahead = (found.of_poles[:, :, None] * (state @ ch)
+                + p[:, None] * (of_state @ ch + state @ of_ch)
+                + of_bq @ d.T + bq @ found.of_d.swapaxes(-1, -2))
+    now = (c @ state @ ch + d @ inputs @ d.T).real
+    of_now = found.of_c @ state @ ch + found.of_d @ inputs @ d.T
+    of_now = (of_now + of_now.conj().swapaxes(-1, -2) + c @ of_state @ ch).real
+    terms = c.T[:, :, None] * ahead[:, None, :]
+    of_terms = (np.einsum('pin,nj->nijp', found.of_c, ahead)
+                + np.einsum('in,pnj->nijp', c, of_ahead))
+    return terms, now, of_terms, of_now.transpose(1, 2, 0)
+
+
+def _transforms(poles, frame):
+    """
+    Return sum_lag overlap p^(lag - 1) e^(-j omega lag), lag = 1, ..., and its slope by p, (k, n).
+
+    X + X^H counts R(0) twice, and so R(0) / 2 enters X; a pole and its conjugate are both here,
+    and their sum is real at every lag.
+    """
+    lags = np.arange(1, frame.rows)
+    safe = np.where(np.abs(poles) < 1e-300, 1e-300, poles)
+    powers = np.exp(np.log(safe)[:, None] * (lags - 1)) * frame.overlap[1:]
+    out = []
+    for rows in (powers, powers * ((lags - 1) / safe[:, None])):
+        whole = np.fft.fft(np.pad(rows, ((0, 0), (1, 0))), axis=1)
+        out.append(whole[:, frame.first:frame.last].T)
+    return out
