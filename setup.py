@@ -1,10 +1,15 @@
 """Build the ssi_ros package: for colcon on a ROS 2 machine, for pip elsewhere."""
 from glob import glob
+import sys
 
 from setuptools import find_packages, setup
 
 package_name = 'ssi_ros'
 nodes = ('simulator', 'identifier', 'recorder', 'player', 'bridge', 'gap')
+# `ros2 run` looks for executables in lib/ssi_ros, and setup.cfg puts all of them there; what a
+# user types stands in bin, which colcon puts on the PATH. A wheel makes its own bin/ssi_ros.
+is_wheel = {'bdist_wheel', 'editable_wheel', 'dist_info'} & set(sys.argv)
+commands = [] if is_wheel else [('bin', ['scripts/ssi_ros'])]
 
 setup(
     name=package_name,
@@ -15,14 +20,18 @@ setup(
         ('share/' + package_name, ['package.xml']),
         ('share/' + package_name + '/config', glob('config/*.*')),
         ('share/' + package_name + '/launch', glob('launch/*.launch.py')),
+        *commands,
     ],
     package_data={package_name + '.report': ['*.css', '*.js']},
     python_requires='>=3.10',
     install_requires=['numpy', 'scipy', 'numba', 'mcap', 'zstandard', 'pyyaml',
                       'threadpoolctl', 'tqdm', 'matplotlib', 'plotly'],
-    extras_require={'see': ['textual', 'foxglove-sdk'],
-                    'test': ['pytest', 'rosbags', 'mcap-ros2-support', 'websockets', 'mkdocs',
-                             'mkdocs-material']},
+    extras_require={'complete': ['argcomplete'],
+                    'see': ['textual', 'foxglove-sdk'],
+                    'uff': ['pyuff'],
+                    'many': ['dask', 'distributed'],
+                    'test': ['pytest', 'hypothesis', 'rosbags', 'mcap-ros2-support',
+                             'websockets', 'mkdocs', 'mkdocs-material']},
     zip_safe=False,
     maintainer='ssi_ros maintainers',
     maintainer_email='maintainers@users.noreply.h-seed-61da63cb.example',

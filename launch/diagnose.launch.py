@@ -3,7 +3,7 @@ from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument
 from launch.conditions import IfCondition
 from launch.substitutions import (LaunchConfiguration, NotEqualsSubstitution,
-                                  PathJoinSubstitution)
+                                  PathJoinSubstitution, PythonExpression)
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 from launch_ros.substitutions import FindPackageShare
@@ -14,11 +14,24 @@ def value(argument, kind):
     return ParameterValue(LaunchConfiguration(argument), value_type=kind)
 
 
+def chosen(argument, *auto):
+    """Return a flag: true or false as given; what `auto` says where that is given."""
+    given = LaunchConfiguration(argument)
+    return ParameterValue(PythonExpression([
+        "'", given, "'.lower() == 'true' or ('", given, "'.lower() == 'auto' and '", *auto,
+        "'.lower() == 'true')"]), value_type=bool)
+
+
 def generate_launch_description():
     """Return gap node and identifier, with a player if a bag is given."""
     config = PathJoinSubstitution([FindPackageShare('ssi_ros'), 'config'])
     with_bag = NotEqualsSubstitution(LaunchConfiguration('bag'), '')
-    sim_time = {'use_sim_time': value('use_sim_time', bool)}
+    # from a bag: reliable, so that the player waits for both and no sample is lost; a process
+    # that stood still hears its channels one after the other, hence lateness_s
+    source = {'use_sim_time': chosen('use_sim_time', with_bag),
+              'reliable': chosen('reliable', with_bag),
+              'lateness_s': ParameterValue(PythonExpression([
+                  "60.0 if '", with_bag, "'.lower() == 'true' else 1.0"]), value_type=float)}
 
     def node(name, *more, **keywords):
         settings = PathJoinSubstitution([config, f'{name}.yaml'])
@@ -35,16 +48,21 @@ def generate_launch_description():
         DeclareLaunchArgument('false_alarm_every_s', default_value='2592000.0',
                               description='least mean time between false alarms'),
         DeclareLaunchArgument('bag', default_value='', description='the bag to play, if any'),
-        DeclareLaunchArgument('use_sim_time', default_value=with_bag,
-                              description='true with a bag, or a simulator with /clock'),
+        DeclareLaunchArgument('use_sim_time', default_value='auto',
+                              description='true (with /clock), false, or auto: true with a bag'),
+        DeclareLaunchArgument('reliable', default_value='auto',
+                              description='subscribe reliable: true, false (most sensors), or '
+                              'auto: true with a bag'),
         DeclareLaunchArgument('rate', default_value='1.0',
-                              description='seconds of the bag a second'),
-        node('gap', sim_time, {'model': value('model', str),
-                               'window_s': value('window_s', float),
-                               'hop_s': value('hop_s', float),
-                               'false_alarm_every_s': value('false_alarm_every_s', float)}),
-        node('identifier', sim_time),
+                              description='seconds of the bag a second; the player waits for '
+                              'nodes that cannot follow'),
+        node('gap', source, {'model': value('model', str),
+                             'window_s': value('window_s', float),
+                             'hop_s': value('hop_s', float),
+                             'false_alarm_every_s': value('false_alarm_every_s', float)}),
+        node('identifier', source),
         node('player', {'bag': value('bag', str), 'wait_for_subscribers': 2,
-                        'rate': value('rate', float), 'topics': ['/accelerometer/.*']},
+                        'rate': value('rate', float), 'reliable': True,
+                        'topics': ['/accelerometer/.*']},
              condition=IfCondition(with_bag)),
     ])

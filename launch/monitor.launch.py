@@ -1,9 +1,8 @@
 """Simulate a spacecraft, identify its modes live, record everything to MCAP."""
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument
+from launch.actions import DeclareLaunchArgument, Shutdown
 from launch.conditions import IfCondition
-from launch.substitutions import (LaunchConfiguration, NotEqualsSubstitution,
-                                  PathJoinSubstitution)
+from launch.substitutions import LaunchConfiguration, PathJoinSubstitution, PythonExpression
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 from launch_ros.substitutions import FindPackageShare
@@ -14,10 +13,21 @@ def value(argument, kind):
     return ParameterValue(LaunchConfiguration(argument), value_type=kind)
 
 
+def chosen(argument, *auto):
+    """Return a flag: true or false as given; what `auto` says where that is given."""
+    given = LaunchConfiguration(argument)
+    return ParameterValue(PythonExpression([
+        "'", given, "'.lower() == 'true' or ('", given, "'.lower() == 'auto' and '", *auto,
+        "'.lower() == 'true')"]), value_type=bool)
+
+
 def generate_launch_description():
     """Return simulator, identifier and recorder with their configuration files."""
     config = PathJoinSubstitution([FindPackageShare('ssi_ros'), 'config'])
-    sim_time = {'use_sim_time': value('use_sim_time', bool)}
+    other_pace = PythonExpression(['float(', LaunchConfiguration('speed'), ') != 1.0'])
+    sim_time = {'use_sim_time': chosen('use_sim_time', other_pace)}
+    # what is simulated here is published reliable, and starts when both readers are there
+    from_simulator = {'reliable': value('simulate', bool)}
 
     def node(name, *more, **keywords):
         settings = PathJoinSubstitution([config, f'{name}.yaml'])
@@ -27,14 +37,16 @@ def generate_launch_description():
     return LaunchDescription([
         DeclareLaunchArgument('speed', default_value='1.0',
                               description='simulated seconds a second'),
-        DeclareLaunchArgument('use_sim_time', description='true with a speed other than 1',
-                              default_value=NotEqualsSubstitution(
-                                  LaunchConfiguration('speed'), '1.0')),
-        DeclareLaunchArgument('bag', default_value='', description='folder of the new bag'),
+        DeclareLaunchArgument('use_sim_time', default_value='auto',
+                              description='true, false, or auto: true with a speed other than 1'),
+        DeclareLaunchArgument('bag', default_value='',
+                              description='folder of the new bag; empty: recording_<date>'),
         DeclareLaunchArgument('simulate', default_value='true',
                               description='false to watch real accelerometers'),
-        node('simulator', {'speed': value('speed', float)},
+        node('simulator', {'speed': value('speed', float), 'reliable': True,
+                           'wait_for_subscribers': 2},
              condition=IfCondition(LaunchConfiguration('simulate'))),
-        node('identifier', sim_time),
-        node('recorder', sim_time, {'bag': value('bag', str)}),
+        node('identifier', sim_time, from_simulator),
+        node('recorder', sim_time, {'bag': value('bag', str)},
+             on_exit=Shutdown(reason='the recorder has ended: nothing goes on unrecorded')),
     ])

@@ -9,6 +9,7 @@ import numpy as np
 PARTS = 4               # the newest of so many parts of the window says what goes on now
 QUIET = 0.1             # of the power that a mode was seen with; below it the excitation stopped
 FORGET = 0.99           # a window; so the power that is remembered follows a slow decline
+NAMED = 3               # modes that a reason names one by one
 UNEVEN = 20.0           # largest over smallest power of the parts, beyond which a window is uneven
 
 
@@ -115,11 +116,15 @@ def why_lost(heard, missing, powers, bands):
             lost.append((m, now / before))
     if not lost:
         return ''
-    names = ', '.join(f'{m.identity} ({m.frequency_hz:.3f} Hz)' for m, _ in lost)
+    if len(lost) <= NAMED:
+        names = 'mode ' + ', '.join(f'{m.identity} ({m.frequency_hz:.3f} Hz)' for m, _ in lost)
+    else:
+        f = [m.frequency_hz for m, _ in lost]
+        names = f'{len(lost)} modes from {min(f):.3f} to {max(f):.3f} Hz'
     least, most = min(r for _, r in lost), max(r for _, r in lost)
     share = f'{100 * most:.2g} %' if most < 1.5 * least else (
         f'{100 * least:.2g} to {100 * most:.2g} %')
-    return (f'not excited: mode {names} not seen, and the power of the band is {share} of what it '
+    return (f'not excited: {names} not detected, and the power of the band is {share} of what it '
             'was: the excitation stopped, the structure may be unchanged')
 
 

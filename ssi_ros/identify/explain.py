@@ -1,5 +1,5 @@
 """What became of the poles near a frequency: "where did my poles above 20 Hz go?"."""
-import math
+from ssi_ros.quantity import with_spread
 
 NEAR = 0.05             # relative distance of the poles that are told about
 LINES = 12
@@ -52,9 +52,3 @@ def explain(window, frequency_hz):
     if window.reason:
         lines.append(f'the window: {window.reason}')
     return '\n'.join(lines)
-
-
-def with_spread(value, std, digits, sign='+-'):
-    """Return a number with its standard deviation as text, alone where that is not known."""
-    text = f'{value:.{digits}f}'
-    return f'{text} {sign} {std:.{digits}f}' if math.isfinite(std) else text

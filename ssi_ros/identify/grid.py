@@ -10,9 +10,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ssi_ros.limits import LIMITS
+
+from .stamps import ChannelCount, Phase, Queue, rate_of, Run
+
 RATE_SAMPLES = 256        # stamps from which the rate is estimated, where it is not given
-PHASE_SAMPLES = 256       # after so many samples a channel's phase follows the clock's drift
 JUMP_CONFIRMED = 5        # samples in a row that must agree before a clock jump is believed
+TOGETHER_NS = 10 ** 9     # they agree within `lateness_s`, or this where that is shorter
+LATEST_NS = 2 ** 62       # the year 2116; a message ends in 2038, and sums must not overflow
+FEW = 32                  # stamps that are tried together behind one that did not fit
 
 
 @dataclass(frozen=True)
@@ -28,22 +34,6 @@ class Rows:
     origin_ns: int
     rate_hz: float
     values: np.ndarray
-
-
-@dataclass(frozen=True)
-class ChannelCount:
-    """What a channel has brought so far (numbers of samples, rate in Hz)."""
-
-    received: int = 0
-    placed: int = 0
-    missing: int = 0
-    duplicates: int = 0
-    out_of_order: int = 0
-    late: int = 0
-    not_finite: int = 0
-    bad_stamps: int = 0
-    rate_hz: float = float('nan')
-    longest_gap_s: float = 0.0
 
 
 class Grid:
@@ -68,6 +58,9 @@ class Grid:
             raise ValueError('a grid needs one channel or more')
         if not (rate_hz >= 0.0 and np.isfinite(rate_hz)):
             raise ValueError(f'rate_hz={rate_hz} must be positive, or 0 to estimate it')
+        if not (0.0 <= lateness_s <= 1e6 and 0.0 < max_gap_s <= 1e9):
+            raise ValueError(f'lateness_s={lateness_s} must be 0 to 1e6 s, and max_gap_s='
+                             f'{max_gap_s} up to 1e9 s')
         self.channels = tuple(channels)
         self.given_rate_hz = rate_hz
         self.lateness_ns = int(lateness_s * 1e9)
@@ -75,13 +68,13 @@ class Grid:
         self.counts = [ChannelCount() for _ in self.channels]
         self.segment = 0
         self.jumps = []                        # (from_ns, to_ns) of every clock jump
-        self._ahead = [_Queue() for _ in self.channels]
+        self._ahead = [Run() for _ in self.channels]
         self._begin()
 
     def _begin(self):
         self.rate_hz = self.given_rate_hz
         self.origin_ns = None
-        self._queues = [_Queue() for _ in self.channels]
+        self._queues = [Queue() for _ in self.channels]
         self._phases = [None] * len(self.channels)
         self._last = [None] * len(self.channels)          # newest index a channel
         self._left_behind = [None] * len(self.channels)   # newest before a jump of the others
@@ -95,15 +88,23 @@ class Grid:
         values = np.atleast_1d(np.asarray(values, dtype=float))
         self._count(channel, received=len(stamps_ns),
                     not_finite=int(np.count_nonzero(~np.isfinite(values))),
-                    bad_stamps=int(np.count_nonzero(stamps_ns < 0)))
-        keep = np.isfinite(values) & (stamps_ns >= 0)
+                    bad_stamps=int(np.count_nonzero((stamps_ns < 0) | (stamps_ns > LATEST_NS))))
+        keep = np.isfinite(values) & (stamps_ns >= 0) & (stamps_ns <= LATEST_NS)
         self._accept(channel, stamps_ns[keep], values[keep])
 
     def _accept(self, channel, stamps_ns, values):
         """Queue what fits the running clock, set aside what does not."""
-        if not len(stamps_ns):
-            return
-        ahead, queue = self._ahead[channel], self._queues[channel]
+        at, size = 0, len(stamps_ns)
+        while at < len(stamps_ns):
+            some = slice(at, at + size)
+            taken = self._accept_some(channel, stamps_ns[some], values[some])
+            # behind one that does not fit few are tried: the next may not fit either
+            size = 2 * size if taken == len(stamps_ns[some]) else FEW
+            at += taken
+
+    def _accept_some(self, channel, stamps_ns, values):
+        """Accept the first samples, up to one that does not fit; return how many."""
+        queue, ahead = self._queues[channel], self._ahead[channel]
         newest = queue.newest
         if newest is None:                # new to this segment: the channel must be near others
             newest = self._left_behind[channel]
@@ -113,40 +114,38 @@ class Grid:
             if others is not None and abs(newest - others) > self.max_gap_ns:
                 newest = others
         running = np.maximum.accumulate(np.concatenate(([newest], stamps_ns)))[:-1]
-        fits = ((stamps_ns > running - self.lateness_ns)
-                & (stamps_ns <= running + self.max_gap_ns))
+        fits = ((stamps_ns >= running - self.lateness_ns)
+                & (stamps_ns <= running + self._gap_ns()))
+        first = len(fits) if fits.all() else int(np.argmin(fits))
         if self._left_behind[channel] is not None:
-            self._catch_up(channel, stamps_ns, values, fits)
-            return
-        if fits.all():
-            if len(ahead):                # the strange stamps were not a jump
-                self._count(channel, bad_stamps=len(ahead))
-                ahead.clear()
-            queue.add(stamps_ns, values)
-            return
-        first = int(np.argmin(fits))      # the rest is looked at again, sample by sample
+            # what a channel still brings from before the jump that the others have made
+            self._count(channel, late=first)
+            self._left_behind[channel] = None if first < len(fits) else int(stamps_ns.max())
+            return first
         if first:
-            self._accept(channel, stamps_ns[:first], values[:first])
-        ahead.add(stamps_ns[first:first + 1], values[first:first + 1])
-        if self._jumped(channel):
-            self._restart()
-        self._accept(channel, stamps_ns[first + 1:], values[first + 1:])
+            self._count(channel, bad_stamps=ahead.clear())      # the strange stamps were no jump
+            queue.add(stamps_ns[:first], values[:first])
+        if first < len(fits):
+            given_up = ahead.add(int(stamps_ns[first]), float(values[first]),
+                                 max(self.lateness_ns, TOGETHER_NS))
+            self._count(channel, bad_stamps=given_up)
+            if self._jumped(channel):
+                self._restart()
+            first += 1
+        return first
 
-    def _catch_up(self, channel, stamps_ns, values, fits):
-        """Drop what a channel still brings from before the jump that the others have made."""
-        end = len(fits) if fits.all() else int(np.argmin(fits))
-        self._count(channel, late=end)
-        self._left_behind[channel] = None if end < len(fits) else int(stamps_ns.max())
-        self._accept(channel, stamps_ns[end:], values[end:])
+    def _gap_ns(self):
+        """Return the longest gap that is filled with missing samples [ns]."""
+        if not self.rate_hz:
+            return self.max_gap_ns
+        rows = LIMITS.gap_numbers / len(self.channels)
+        return min(self.max_gap_ns, int(rows / self.rate_hz * 1e9))
 
     def _jumped(self, channel):
-        stamps = self._ahead[channel].stamps()
-        if len(stamps) < JUMP_CONFIRMED:
-            return False
-        together = np.abs(np.diff(stamps[-JUMP_CONFIRMED:])) < self.lateness_ns
-        enough = [len(q) >= JUMP_CONFIRMED for q in self._ahead]
-        waited = stamps[-1] - stamps[0] > self.lateness_ns
-        return bool(together.all()) and (all(enough) or waited)
+        ahead = self._ahead[channel]
+        return len(ahead) >= JUMP_CONFIRMED and (
+            ahead.span_ns > self.lateness_ns
+            or all(len(a) >= JUMP_CONFIRMED for a in self._ahead))
 
     def _restart(self):
         """Begin a new segment with the samples that were set aside after a clock jump."""
@@ -155,11 +154,11 @@ class Grid:
         self._finished = self._collect(flush=True)
         self.segment += 1
         self._begin()
-        self._ahead = [_Queue() for _ in self.channels]
-        self.jumps.append((old, min(int(q.stamps()[0]) for q in ahead if len(q))))
-        for channel, q in enumerate(ahead):
-            if len(q):
-                self._queues[channel].add(*q.take())
+        self._ahead = [Run() for _ in self.channels]
+        self.jumps.append((old, min(run.stamps[0] for run in ahead if len(run))))
+        for channel, run in enumerate(ahead):
+            if len(run):
+                self._queues[channel].add(np.array(run.stamps, np.int64), np.array(run.values))
             else:
                 self._left_behind[channel] = newest[channel]
 
@@ -171,12 +170,15 @@ class Grid:
 
     def rows(self, flush=False):
         """
-        Hand out the rows that are complete, a list of Rows (most often none or one).
+        Hand out the complete rows, a list of Rows (most often none or one).
 
-        A row is complete when every channel is past it, or when the newest sample is
-        `lateness_s` past it. `flush` hands out what is there.
+        A row is complete when every channel, or the newest sample by `lateness_s`, is past it.
+        `flush` hands out the rest.
         """
         finished, self._finished = list(self._finished), ()
+        if flush:
+            for channel, run in enumerate(self._ahead):
+                self._count(channel, bad_stamps=run.clear())
         return finished + self._collect(flush)
 
     def _collect(self, flush):
@@ -186,14 +188,25 @@ class Grid:
         for c, queue in enumerate(self._queues):
             if len(queue):
                 self._place(c, *queue.take(), dt)
-        seen = [-1 if i is None else i for i in self._last]
-        end = max(seen) + 1
+        newest = [-1 if i is None else i for i in self._last]
+        end = max(newest) + 1
         if not flush:
-            end = min(end, max(min(seen) + 1, end - int(self.lateness_ns / dt)))
+            end = min(end, max(min(newest) + 1, end - int(self.lateness_ns / dt)))
         if end <= self._next:
             return []
-        block = self._emit(end)
-        return [block]
+        self._check_room(end)
+        return [self._emit(end)]
+
+    def _check_room(self, end):
+        """Raise ValueError where rows are taken for samples that were never there."""
+        received = sum(c.received for c in self.counts)
+        numbers = end * len(self.channels)
+        if (numbers > LIMITS.gap_numbers // 8 + LIMITS.sparse * received
+                or numbers - self._next * len(self.channels) > LIMITS.grid_numbers):
+            raise ValueError(
+                f'{received} samples would be spread over {end} rows of {self.rate_hz:g} Hz: the '
+                'rate does not fit the stamps, or they jump; give another rate_hz, or cut the '
+                'record where the stamps jump')
 
     def _start(self, flush):
         """Find rate and origin once there are stamps enough; True when the grid stands."""
@@ -207,7 +220,11 @@ class Grid:
             # only ever the first stamps, so that the estimate does not depend on the bunching
             first = [q.stamps()[:RATE_SAMPLES] for q, r in zip(self._queues, ready)
                      if r or (flush and len(q) >= 3)]
-            self.rate_hz = float(f'{np.median([_rate(s) for s in first]):.7g}')
+            rates = [r for r in map(rate_of, first) if np.isfinite(r)]
+            if not rates:
+                self._give_up(all(ready) or flush)
+                return False
+            self.rate_hz = float(f'{np.median(rates):.7g}')
         newest = self._newest_ns()
         heads = [int(q.stamps().min()) for q in self._queues if len(q)]
         waited = newest - min(heads) > self.lateness_ns
@@ -217,19 +234,26 @@ class Grid:
         self.origin_ns = max(h for h in heads if h - min(heads) <= self.lateness_ns)
         return True
 
+    def _give_up(self, ready):
+        """Count samples that have one and the same stamp as badly stamped: they have no rate."""
+        for c, queue in enumerate(self._queues):
+            if ready and len(queue):
+                self._count(c, bad_stamps=len(queue))
+                queue.clear()
+
     def _place(self, c, stamps, values, dt):
         """Give each sample the index of its tick; follow the drift of the channel's phase."""
         self._update_rate(c, stamps)
         since = (stamps - self.origin_ns).astype(float)
         if self._phases[c] is None:
             k = int(np.argmax(since >= -0.5 * dt)) if (since >= -0.5 * dt).any() else 0
-            self._phases[c] = _Phase(since[k] - np.rint(since[k] / dt) * dt)
+            self._phases[c] = Phase(since[k] - np.rint(since[k] / dt) * dt)
         index = self._phases[c].index(since, dt)
         good = index >= 0                     # before the origin some channel was not there yet
         index, values = index[good], values[good]
         if not len(index):
             return
-        before = self._last[c] if self._last[c] is not None else -1
+        before = -1 if self._last[c] is None else self._last[c]
         step = np.diff(np.maximum.accumulate(np.concatenate(([before], index))))
         backward = np.concatenate(([before], index[:-1])) > index
         late = index < self._next
@@ -275,71 +299,3 @@ class Grid:
             new['longest_gap_s'] = gap_s
         if new:
             self.counts[c] = replace(old, **new)
-
-
-class _Phase:
-    """The offset of a channel's stamps from the ticks, followed in steps of PHASE_SAMPLES."""
-
-    def __init__(self, phase_ns):
-        self.phase_ns = phase_ns
-        self.residuals = []
-        self.collected = 0
-
-    def index(self, since_ns, dt):
-        out = np.empty(len(since_ns), dtype=np.int64)
-        at = 0
-        while at < len(since_ns):
-            n = min(PHASE_SAMPLES - self.collected, len(since_ns) - at)
-            ticks = (since_ns[at:at + n] - self.phase_ns) / dt
-            index = np.rint(ticks)
-            out[at:at + n] = index
-            self.residuals.append(ticks - index)
-            self.collected += n
-            at += n
-            if self.collected == PHASE_SAMPLES:
-                self.phase_ns += float(np.median(np.concatenate(self.residuals))) * dt
-                self.residuals, self.collected = [], 0
-        return out
-
-
-class _Queue:
-    """Stamped samples waiting for their place."""
-
-    def __init__(self):
-        self._stamps, self._values, self._size, self.newest = [], [], 0, None
-
-    def __len__(self):
-        return self._size
-
-    def add(self, stamps, values):
-        self._stamps.append(stamps)
-        self._values.append(values)
-        self._size += len(stamps)
-        newest = int(stamps.max())
-        self.newest = newest if self.newest is None else max(self.newest, newest)
-
-    def stamps(self):
-        return np.concatenate(self._stamps) if self._stamps else np.empty(0, dtype=np.int64)
-
-    def take(self):
-        stamps, values = self.stamps(), np.concatenate(self._values)
-        self._stamps, self._values, self._size = [], [], 0
-        return stamps, values
-
-    def clear(self):
-        self._stamps, self._values, self._size, self.newest = [], [], 0, None
-
-
-def _rate(stamps_ns):
-    """Estimate the rate [Hz] of stamps with losses and jitter: slope over their counted ticks."""
-    stamps = np.sort(stamps_ns)
-    steps = np.diff(stamps)
-    steps = steps[steps > 0]
-    if not len(steps):
-        raise ValueError('all stamps are equal, so no rate can be estimated; give rate_hz')
-    dt = float(np.median(steps))
-    since = (stamps - stamps[0]).astype(float)
-    for _ in range(2):                       # the second pass counts with a better period
-        ticks = np.rint(since / dt)
-        dt = float(np.polyfit(ticks, since, 1)[0]) if ticks[-1] > 1 else dt
-    return 1e9 / dt

@@ -9,8 +9,8 @@ import math
 import numpy as np
 
 from ssi_ros.identify.bands import plan_bands, Thinner
-from ssi_ros.identify.excitation import (effective_share, part_powers, remember, unevenness,
-                                         why_lost)
+from ssi_ros.identify.excitation import (
+    effective_share, part_powers, remember, unevenness, why_lost)
 from ssi_ros.identify.families import judge_families
 from ssi_ros.identify.harmonics import label, look
 from ssi_ros.identify.lags import BLOCKS, Ring

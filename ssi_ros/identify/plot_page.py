@@ -3,11 +3,11 @@ import html
 
 import numpy as np
 
-from ssi_ros.identify.explain import with_spread
 from ssi_ros.identify.plot_stability import accepted, kind_of, shown
 from ssi_ros.identify.plot_style import INK
 from ssi_ros.identify.plot_tracks import histories, values_of
 from ssi_ros.identify.shapes import collinearity, upright
+from ssi_ros.quantity import with_spread
 
 SYMBOLS = {'^': 'triangle-up', 'x': 'x', 's': 'square', 'D': 'diamond', '+': 'cross',
            '.': 'circle-open'}

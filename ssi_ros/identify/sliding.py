@@ -10,8 +10,7 @@ from scipy.linalg.blas import dtrsm
 from scipy.linalg.lapack import dgeqrf, dorgqr
 
 from ssi_ros.identify.lags import Ring
-from ssi_ros.identify.realise import (decompose, factors_of, noise_floor, poles_of, weighted,
-                                      whiten)
+from ssi_ros.identify.realise import decompose, factors_of, noise_floor, poles_of, weighted, whiten
 from threadpoolctl import ThreadpoolController
 
 BLAS = ThreadpoolController()

@@ -1,11 +1,10 @@
 """Identify stamped samples: the grid, then a monitor a segment; the node and the verb use it."""
-import numpy as np
-
 from ssi_ros.quantity import quantities
 
 from .grid import Grid
 from .methods import Method
 from .monitor import Monitor
+from .stamps import batches, nothing_on
 
 CHUNK_S = 10.0            # stamped samples are pushed in pieces of this length
 
@@ -99,11 +98,16 @@ def identify_stamped(names, stamps_ns, values, settings, *, arrivals_ns=None, ra
     grid : Grid
         With its counts of what was missing, late or doubled.
 
+    Raises
+    ------
+    ValueError
+        If no sample has a place on the grid; says why.
+
     """
     grid = Grid(names, rate_hz, lateness_s)
     follow = SegmentMonitor(names[:len(names) - len(method.inputs)], settings, method)
     windows = []
-    pieces = _pieces(stamps_ns if arrivals_ns is None else arrivals_ns)
+    pieces = batches(stamps_ns if arrivals_ns is None else arrivals_ns, round(CHUNK_S * 1e9))
     for done, piece in enumerate(pieces):
         for c, part in enumerate(piece):
             grid.push(c, stamps_ns[c][part], values[c][part])
@@ -111,21 +115,8 @@ def identify_stamped(names, stamps_ns, values, settings, *, arrivals_ns=None, ra
             windows += follow.push(rows)
         if progress is not None:
             progress((done + 1) / len(pieces))
-    if not windows and follow.monitor is not None:
+    if follow.monitor is None:
+        raise ValueError(nothing_on(grid))
+    if not windows:
         windows = [follow.monitor.too_short()]
     return tuple(windows), grid
-
-
-def _pieces(arrivals_ns):
-    """Cut the channels at the same moments, so that all meet a clock jump together."""
-    ends = [int(a[-1]) for a in arrivals_ns if len(a)]
-    begins = [int(a[0]) for a in arrivals_ns if len(a)]
-    if not ends:
-        return []
-    first, span = min(begins), max(ends) + 1 - min(begins)
-    count = max(1, -(-span // round(CHUNK_S * 1e9)))
-    # whole nanoseconds: a float has lost the last digits of today's stamps
-    cuts = np.array([first + span * (k + 1) // count for k in range(count)], dtype=np.int64)
-    at = [np.searchsorted(a, cuts, side='left') for a in arrivals_ns]
-    return [tuple(slice(0 if k == 0 else int(a[k - 1]), int(a[k])) for a in at)
-            for k in range(count)]

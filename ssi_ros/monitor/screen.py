@@ -2,7 +2,8 @@
 import time
 
 from rich.text import Text
-from ssi_ros.monitor.words import gap_lines, head_line, health_lines, mode_lines, sketch_lines
+from ssi_ros.monitor.words import (
+    gap_lines, head_line, health_lines, mode_lines, sketch_lines, summary_line)
 from textual.app import App
 from textual.containers import Horizontal, VerticalScroll
 from textual.widgets import Footer, Static
@@ -24,7 +25,8 @@ class Screen(App):
     """
 
     TITLE = 'ssi_ros monitor'
-    BINDINGS = [('q', 'quit', 'quit'), ('p', 'pause', 'pause the screen')]
+    BINDINGS = [('q', 'quit', 'quit'), ('p', 'pause', 'pause the screen'),
+                ('d', 'details', 'modes / gap and health')]
     CSS = """
     #head { height: 1; text-style: bold reverse; }
     .box { border: round $primary; padding: 0 1; height: auto; }
@@ -33,7 +35,15 @@ class Screen(App):
     #side { width: 1fr; }
     .-narrow #upper { layout: vertical; }
     .-narrow #modes_box, .-narrow #side { width: 100%; height: 1fr; }
+    #summary { height: 1; display: none; }
+    .-short #summary { display: block; }
+    .-short #sketch { display: none; }
+    .-short .box { border: none; padding: 0; }
+    .-short.-narrow #side { display: none; }
+    .-short.-narrow.details #side { display: block; }
+    .-short.-narrow.details #modes_box { display: none; }
     """
+    VERTICAL_BREAKPOINTS = [(0, '-short'), (40, '-tall')]       # 80 x 24 has room for the modes
     HORIZONTAL_BREAKPOINTS = [(0, '-narrow'), (130, '-wide')]
     ENABLE_COMMAND_PALETTE = False
     animation_level = 'none'        # nothing moves that does not change
@@ -53,6 +63,7 @@ class Screen(App):
                 yield self._panel('health', 'health')
         yield self._panel('sketch', 'stabilisation over the last windows, the latest on top: '
                           '● structural ○ undecided ◆ input line')
+        yield Static(id='summary')
         yield Footer()
 
     def _panel(self, name, title):
@@ -70,6 +81,10 @@ class Screen(App):
         self.paused = not self.paused
         self.look()
 
+    def action_details(self):
+        """Show gap and health in place of the modes, where there is no room for both."""
+        self.screen.toggle_class('details')
+
     def look(self):
         """Redraw the panels whose text has changed."""
         if self.paused:
@@ -77,6 +92,7 @@ class Screen(App):
             return
         watch = self.latest()
         self._show('head', head_line(watch, time.monotonic()))
+        self._show('summary', summary_line(watch))
         columns = max(30, self.size.width - 14)
         for name, lines in (('modes', mode_lines(watch)), ('gap', gap_lines(watch)),
                             ('health', health_lines(watch)),

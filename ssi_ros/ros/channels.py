@@ -1,11 +1,16 @@
 """The channels of the identifier: which topic, which type, which field, and how it is stamped."""
 import importlib
+import importlib.util
+import os
+from pathlib import Path
 
 import numpy as np
 from ssi_ros.bag import Channel, definition_of, field_reader
 from ssi_ros.bag.channels import DEFAULT_FIELD, DEFAULT_TYPE
+from ssi_ros.bag.definitions import prefixes
+from ssi_ros.bag.names import check_topic, split_type
+from ssi_ros.plain_yaml import load_plain
 from ssi_ros.quantity import unknown
-import yaml
 
 KEYS = ('topic', 'type', 'field', 'name')
 
@@ -14,18 +19,32 @@ def message_class(type_name):
     """
     Return the Python class of a message type 'pkg/msg/Type'.
 
+    A type name comes out of a bag or off the graph: only packages that lie where ROS installs
+    interfaces are imported, never a module of the working folder.
+
     Raises
     ------
     ValueError
-        If the type is not installed.
+        If the name is not one of ROS 2, or the type is not installed.
 
     """
+    package, name = split_type(type_name)
+    definition_of(type_name)                       # ValueError if it is not installed
     try:
-        package, kind, name = type_name.split('/')
-        return getattr(importlib.import_module(f'{package}.{kind}'), name)
-    except (ValueError, ImportError, AttributeError):
-        raise ValueError(f'message type {type_name!r} is not installed; write it as '
-                         'pkg/msg/Type, and install or source its package') from None
+        found = importlib.util.find_spec(package)
+        if found is None or not _installed(found):
+            raise ImportError(package)
+        return getattr(importlib.import_module(f'{package}.msg'), name)
+    except (ImportError, AttributeError, ValueError):
+        raise ValueError(f'message type {type_name!r} is not installed for Python; install or '
+                         'source its package') from None
+
+
+def _installed(spec):
+    """Return whether a package lies under a prefix of ROS or of this Python."""
+    origin = spec.origin or next(iter(spec.submodule_search_locations or ()), '')
+    return any(Path(os.path.abspath(origin)).is_relative_to(os.path.abspath(p))
+               for p in prefixes())
 
 
 def channel_of(text):
@@ -39,9 +58,9 @@ def channel_of(text):
 
     """
     try:
-        entry = yaml.safe_load(text)
-    except yaml.YAMLError:
-        raise ValueError(f'channel {text!r} is not YAML; write {{topic: /imu, '
+        entry = load_plain(text)
+    except ValueError:
+        raise ValueError(f'channel {text!r:.100} is not YAML; write {{topic: /imu, '
                          'type: sensor_msgs/msg/Imu, field: linear_acceleration.z}') from None
     if isinstance(entry, str):
         entry = {'topic': entry}
@@ -51,8 +70,16 @@ def channel_of(text):
     for key in entry:
         if key not in KEYS:
             raise ValueError(unknown(f'channel {text!r}: {key}', key, KEYS))
-    return Channel(entry['topic'], entry.get('type', DEFAULT_TYPE),
+        if not isinstance(entry[key], str):
+            raise ValueError(f'channel {text!r:.100}: {key} is {entry[key]!r:.40}; write text')
+    return Channel(_topic(entry['topic']), entry.get('type', DEFAULT_TYPE),
                    entry.get('field', DEFAULT_FIELD), entry.get('name', ''))
+
+
+def _topic(name):
+    """Return a topic name, absolute or relative to the node's namespace; ValueError if none."""
+    check_topic(name if name.startswith('/') else '/' + name.removeprefix('~/'))
+    return name
 
 
 class Source:
@@ -60,6 +87,7 @@ class Source:
 
     def __init__(self, channel, stamp_source):
         self.topic, self.name, self.field = channel.topic, channel.name, channel.field
+        self.resolved = channel.topic         # the name on the graph, once a node subscribes
         self.type = channel.type
         self.message_class = message_class(channel.type)
         self.reader = field_reader(channel.type, channel.field, definition_of(channel.type))
@@ -86,7 +114,7 @@ class Source:
                 stamp, value = self.reader.read(raw)
             except ValueError as error:
                 self.unreadable += 1
-                note(f'{self.topic}: a message was left out: {error}')
+                note(f'{self.resolved}: a message was left out: {error}')
                 continue
             stamps.append(self._choose(None if stamp is None else np.array([stamp]),
                                        np.array([received]))[0])

@@ -6,6 +6,7 @@ Write the parameter files in `config/` from the settings' own declarations.
 from pathlib import Path
 import sys
 
+from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.quantity import quantities
 from ssi_ros.ros.bridge_node import BridgeNode
 from ssi_ros.ros.gap_node import GapNode
@@ -38,6 +39,16 @@ def parameter_file(node):
     return '\n'.join(lines) + '\n'
 
 
+def diagnosis_file():
+    """Return the text of the settings of a diagnosis: every setting, its unit and its meaning."""
+    lines = ['# Settings of `ssi_ros diagnose`; each line holds the default.']
+    for f in quantities(DiagnosisSettings):
+        unit = f.metadata['unit']
+        lines += [f'# {f.metadata["doc"]}' + (f' [{unit}]' if unit not in ('', '1') else ''),
+                  f'{f.name}: {_yaml(f.default)}']
+    return '\n'.join(lines) + '\n'
+
+
 def _yaml(value):
     if isinstance(value, tuple):
         return '[' + ', '.join(_yaml(v) for v in value) + ']'
@@ -50,6 +61,7 @@ def main(folder):
     """Write all files."""
     for node in NODES:
         (Path(folder) / f'{node}.yaml').write_text(parameter_file(node))
+    (Path(folder) / 'diagnosis.yaml').write_text(diagnosis_file())
 
 
 if __name__ == '__main__':

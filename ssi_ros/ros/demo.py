@@ -51,10 +51,10 @@ class Processes:
         self.environment = dict(os.environ, ROS_LOG_DIR=str(log_folder.resolve()))
         self.running = {}
 
-    def start(self, name, node, **settings):
-        """Start a node; settings become parameters."""
+    def start(self, name, node, remaps=(), **settings):
+        """Start a node; settings become parameters, remaps are FROM:=TO."""
         command = [sys.executable, '-m', f'ssi_ros.ros.{node}_node',
-                   *ros_arguments(settings, [f'__node:={name}'])]
+                   *ros_arguments(settings, [*remaps, f'__node:={name}'])]
         with open(self.log_folder / f'{name}.txt', 'w') as log:
             self.running[name] = subprocess.Popen(
                 command, env=self.environment, stdout=log, stderr=subprocess.STDOUT)
@@ -68,8 +68,8 @@ class Processes:
     def fail(self, name):
         """Raise OSError with the last words of a node."""
         words = (self.log_folder / f'{name}.txt').read_text().strip().splitlines()[-5:]
-        raise OSError(f'{name} ended with exit code {self.running[name].returncode}:\n  '
-                      + '\n  '.join(words))
+        raise OSError(f'{name} ended with exit code {self.running[name].returncode}: '
+                      + ' | '.join(words))
 
     def stop(self, *names):
         """End nodes as an operator would, with SIGINT, and see that they ended well."""
@@ -160,13 +160,15 @@ def run(folder, *, duration_s, window_s, hop_s, speed, seed, say, progress):
         processes.start('recorder', 'recorder', bag=bag, use_sim_time=True)
         processes.start('simulator', 'simulator', seed=seed, speed=speed, duration_s=duration_s,
                         wait_for_subscribers=2, reliable=True)
-        say(f'live: simulator, identifier, recorder and this watcher; {duration_s:g} s at '
-            f'{speed:g} times real time')
+        say(f'step 1 of 3, live: simulator, identifier, recorder and this watcher; {duration_s:g} '
+            f's at {speed:g} times real time; the window is full after {window_s / speed:.0f} s, '
+            f'then a line each {hop_s / speed:.2g} s')
         _follow(processes, watcher, live, 'simulator', duration_s, window_s, hop_s, speed, say,
                 lambda s: progress(s / total_s))
         processes.stop('identifier', 'recorder')
         live_s = time.monotonic() - began
-        say(f'replay: player and a second identifier on {bag}')
+        say(f'step 2 of 3, replay: player and a second identifier on {bag}, '
+            f'{duration_s / speed:.0f} s again')
         began = time.monotonic()
         replayed = watcher.listen('identifier_replay')
         processes.start('identifier_replay', 'identifier', window_s=window_s, hop_s=hop_s,

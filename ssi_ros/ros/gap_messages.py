@@ -3,6 +3,7 @@ import json
 
 from diagnostic_msgs.msg import DiagnosticArray
 from ssi_ros.ros.messages import status, time_of
+from std_msgs.msg import Float64MultiArray, MultiArrayDimension, MultiArrayLayout
 
 SURE = 0.01             # chance of the leading effect's score, above which it says little
 
@@ -28,6 +29,15 @@ def where_message(update):
     msg = DiagnosticArray(status=out)
     msg.header.stamp = time_of(update.end_ns)
     return msg
+
+
+def sites_message(update):
+    """Return the share of every site as numbers; the label names the sites, in this order."""
+    sites = update.sites or {}
+    layout = MultiArrayLayout(dim=[
+        MultiArrayDimension(label=','.join(sites), size=len(sites), stride=len(sites)),
+        MultiArrayDimension(label=f'window_end_ns={update.end_ns}', size=1, stride=1)])
+    return Float64MultiArray(layout=layout, data=[float(v) for v in sites.values()])
 
 
 def alarm_status(name, update):

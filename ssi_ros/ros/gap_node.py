@@ -1,11 +1,10 @@
 """
 Gap node: accelerometers in, how far they are from the model out, with an alarm and a diagnosis.
 
-A timer reads the samples into rows; a worker thread runs the meter of `ssi_ros.gap.live` on
-sliding windows; `~/diagnose` runs the full analysis of the last samples in a process of its own,
-so that no sample waits for it. On a replayed bag the results are those of the live run.
+A timer reads the samples into rows; a worker thread runs the meter of `ssi_ros.gap.online.sliding`
+on sliding windows; `~/diagnose` runs the full analysis of the last samples in a process of its
+own, so that no sample waits for it. On a replayed bag the results are those of the live run.
 """
-from dataclasses import dataclass
 import json
 import queue
 import threading
@@ -14,38 +13,24 @@ import time
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from ssi_ros.effects import effect_class, load_configuration
-from ssi_ros.gap.background import Background, diagnose_to_json
-from ssi_ros.gap.live import order_of
-from ssi_ros.gap.live_model import LiveSettings, prepare
-from ssi_ros.gap.live_stream import LastRows, LiveStream
+from ssi_ros.gap.online.calibration import LiveSettings, prepare
+from ssi_ros.gap.online.sliding import order_of
+from ssi_ros.gap.online.stream import LiveStream
 from ssi_ros.gap.settings import load_settings
-from ssi_ros.quantity import quantity
 from ssi_ros.ros import health
-from ssi_ros.ros.gap_messages import alarm_status, where_message
+from ssi_ros.ros.gap_messages import alarm_status, sites_message, where_message
+from ssi_ros.ros.gap_task import GapTask, missing_words, refusal
 from ssi_ros.ros.identifier_settings import SampleInput
-from ssi_ros.ros.intake import Intake
+from ssi_ros.ros.intake import Intake, waits_for, watches
+from ssi_ros.ros.last_rows import LastRows
 from ssi_ros.ros.messages import status
 from ssi_ros.ros.node import run, StageNode
-from std_msgs.msg import Bool, Float64, String
+from ssi_ros.ros.worker import Background, diagnose_to_json
+from std_msgs.msg import Bool, Float64, Float64MultiArray, String
 from std_srvs.srv import Trigger
 
 LOOK_S = 0.2              # how often a running diagnosis is looked at
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-
-
-@dataclass(frozen=True)
-class GapTask:
-    """What the samples are compared with."""
-
-    model: str = quantity('', live=False, doc='spacecraft YAML of the nominal simulator; empty = '
-                          'the one that comes with the package')
-    record_s: float = quantity(600.0, unit='s', low=10.0, high=86400.0, live=False,
-                               doc='length of the record kept for ~/diagnose')
-    diagnosis: str = quantity('', live=False, doc='settings of ~/diagnose, YAML as '
-                              'config/diagnosis.yaml; empty = the defaults')
-    effects: tuple = quantity(('',), live=False, doc='effects to consider, by name; an empty '
-                              'entry stands for the whole library')
-    pairs: bool = quantity(True, live=False, doc='let ~/diagnose look for two effects at once')
 
 
 class GapNode(StageNode):
@@ -69,7 +54,8 @@ class GapNode(StageNode):
         names = [n.rsplit('/', 1)[-1] for n in self._intake.names]
         order_of(self._spacecraft, names)
         self._numbers = {n: self._advertise(Float64, f'~/{n}', 100)
-                         for n in ('gap', 'floor', 'deviations')}
+                         for n in ('gap', 'floor', 'deviations', 'leading_z', 'alarm_level')}
+        self._sites = self._advertise(Float64MultiArray, '~/sites', 100)
         self._where = self._advertise(DiagnosticArray, '~/where', 100)
         self._alarm = self._advertise(Bool, '~/alarm', LATCHED)
         self._answer = self._advertise(String, '~/diagnosis', LATCHED)
@@ -85,6 +71,16 @@ class GapNode(StageNode):
                                 effects=self._effects)
         self._worker = Worker(self, names, settings)
         self._look = self.every(LOOK_S, self._look_after)
+
+    def announcement(self):
+        """Say what it waits for."""
+        return waits_for(self._intake)
+
+    def watching(self, rows):
+        """Return the line that says what is watched, when the first row of it is there."""
+        settings = self.settings[2]
+        return (watches(self._intake, rows, settings.window_s)
+                + f', the first part of it after {settings.hop_s:g} s')
 
     def _advertise(self, message_class, topic, qos):
         publisher = self.create_lifecycle_publisher(message_class, topic, qos)
@@ -134,9 +130,10 @@ class GapNode(StageNode):
         """Publish one window; called by the worker."""
         if not self._intake.is_open:
             return
-        for name, value in (('gap', update.value), ('floor', update.floor),
-                            ('deviations', update.deviations)):
-            self._numbers[name].publish(Float64(data=float(value)))
+        for name, publisher in self._numbers.items():
+            value = getattr(update, {'gap': 'value'}.get(name, name))
+            publisher.publish(Float64(data=float(value)))
+        self._sites.publish(sites_message(update))
         self._where.publish(where_message(update))
         if update.raised_ns == update.end_ns:
             self._alarm.publish(Bool(data=True))
@@ -160,12 +157,15 @@ class GapNode(StageNode):
                    'be on ~/diagnosis')
         elif record is None:
             why = 'no samples yet: is the simulator or the player running?'
+        elif why := refusal(record, self.settings[2].missing_share):
+            self.get_logger().warning(why)
         else:
             self._waiting.append((response, header))
             self._background.start(diagnose_to_json, self._spacecraft, record, self._diagnosis,
                                    present=self._present, effects=self._effects,
                                    pairs=self._task.pairs)
-            self.get_logger().info(f'diagnosing the last {record.duration_s:.0f} s')
+            self.get_logger().info(f'diagnosing the last {record.duration_s:.0f} s; '
+                                   + missing_words(record))
             return
         response.success, response.message = False, why
         self._reply(response, header)

@@ -21,8 +21,9 @@ def channel(node, source, publishers, count, grid_rate_hz, up_s):
     tolerance = RECEIPT_TOLERANCE if source.by_receive_time else RATE_TOLERANCE
     if count.received == 0:
         level = 'warn' if up_s < 5.0 else 'error'
-        text = (f'silent: no publisher of {source.topic} [{source.type}]' if publishers == 0 else
-                f'silent: {publishers} publisher(s) of {source.topic}, but no message arrives; '
+        text = (f'silent: no publisher of {source.resolved} [{source.type}]'
+                if publishers == 0 else
+                f'silent: {publishers} publisher(s) of {source.resolved}, but no message arrives; '
                 'compare type and QoS (a best-effort publisher and a reliable subscriber never '
                 'connect)')
     elif grid_rate_hz and abs(count.rate_hz / grid_rate_hz - 1.0) > tolerance:
@@ -35,7 +36,7 @@ def channel(node, source, publishers, count, grid_rate_hz, up_s):
     elif lost or count.not_finite or count.bad_stamps or source.unreadable:
         level, text = 'warn', f'{lost} samples lost, {count.not_finite} not finite'
     return status(
-        f'{node}: channel {source.name}', level, text, topic=source.topic, field=source.field,
+        f'{node}: channel {source.name}', level, text, topic=source.resolved, field=source.field,
         rate_hz=float(count.rate_hz), received=count.received, missing=count.missing,
         late=count.late, duplicates=count.duplicates, out_of_order=count.out_of_order,
         not_finite=count.not_finite, bad_stamps=count.bad_stamps, unreadable=source.unreadable,

@@ -10,13 +10,13 @@ import threading
 import time
 
 from diagnostic_msgs.msg import DiagnosticArray
-from rclpy.qos import (DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy)
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from ssi_ros.identify import Identification
 from ssi_ros.identify.stamped import SegmentMonitor
 from ssi_ros.ros import health
 from ssi_ros.ros.identifier_settings import IdentifierInput
-from ssi_ros.ros.intake import Intake
-from ssi_ros.ros.messages import modes_message, SERIES, series_message, Slots
+from ssi_ros.ros.intake import Intake, waits_for, watches
+from ssi_ros.ros.messages import modes_message, series_message, shape_message, Slots, SLOTTED
 from ssi_ros.ros.node import run, StageNode
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import Trigger
@@ -36,15 +36,26 @@ class IdentifierNode(StageNode):
     def configure(self, source, identification):
         """Subscribe, advertise, and start the worker."""
         self._intake = Intake(self, source, source.rate_hz, self._take)
-        self._modes = self._advertise(DiagnosticArray, '~/modes')
-        self._series = {n: self._advertise(Float64MultiArray, f'~/{n}') for n in SERIES}
+        self._modes = self._advertise(DiagnosticArray, '~/modes', latched=True)
+        self._series = {n: self._advertise(Float64MultiArray, f'~/{n}') for n in SLOTTED}
+        self._shape = self._advertise(Float64MultiArray, '~/shape')
         self._service = self.create_service(Trigger, '~/identify_now', self._identify_now)
         self._worker = Worker(self, self._intake, source.slots, identification)
 
-    def _advertise(self, message_class, topic):
+    def announcement(self):
+        """Say what it waits for."""
+        return waits_for(self._intake)
+
+    def watching(self, rows):
+        """Return the line that says what is watched, when the first row of it is there."""
+        window_s, hop_s = self.settings[1].window_s, self.settings[1].hop_s
+        return watches(self._intake, rows, window_s) + f', then every {hop_s:g} s'
+
+    def _advertise(self, message_class, topic, latched=False):
         qos = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=100,
                          reliability=ReliabilityPolicy.RELIABLE,
-                         durability=DurabilityPolicy.VOLATILE)
+                         durability=(DurabilityPolicy.TRANSIENT_LOCAL if latched
+                                     else DurabilityPolicy.VOLATILE))
         publisher = self.create_lifecycle_publisher(message_class, topic, qos)
         self._publishers_made.append(publisher)
         return publisher
@@ -93,6 +104,7 @@ class IdentifierNode(StageNode):
         self._modes.publish(modes_message(window, slots.of))
         for name, publisher in self._series.items():
             publisher.publish(series_message(window, name, slots.of, slots.size))
+        self._shape.publish(shape_message(window, slots.of, slots.size, self._intake.names))
 
     def settings_changed(self, source, identification):
         """Take other settings; what shapes the window starts it anew."""

@@ -30,7 +30,8 @@ class SampleInput:
         1000.0, unit='Hz', low=1.0, high=1e5, live=False,
         doc='highest message rate of a topic to be ready for (sizes the subscription queue)')
     reliable: bool = quantity(
-        False, live=False, doc='subscribe reliable (a best-effort publisher never connects)')
+        False, live=False, doc='subscribe reliable and keep all, so that the player waits for '
+        'this node (a best-effort publisher never connects)')
 
     def __post_init__(self):
         if self.stamp_source not in ('auto', 'header', 'receive'):

@@ -5,14 +5,15 @@ import time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 import rclpy
 from rclpy.experimental import EventsExecutor
-from rclpy.qos import QoSProfile
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.signals import SignalHandlerOptions
-from ssi_ros.monitor.watch import (Status, Watch, with_gap, with_health, with_where, with_window)
+from ssi_ros.monitor.watch import Status, Watch, with_gap, with_health, with_where, with_window
 from ssi_ros.ros.messages import window_of
 from std_msgs.msg import Float64
 
 LEVELS = {DiagnosticStatus.OK: 'ok', DiagnosticStatus.WARN: 'warn',
           DiagnosticStatus.ERROR: 'error', DiagnosticStatus.STALE: 'stale'}
+ADAPT_S = 0.5             # how often the publishers of modes are looked at
 GAP = ('gap', 'floor', 'deviations')
 
 
@@ -36,7 +37,8 @@ class Listener:
                                       start_parameter_services=False)
         self.faults = 0
         results = QoSProfile(depth=100)
-        self._listen(DiagnosticArray, f'{identifier}/modes', results, self._window)
+        self._modes, self._latched, self._hears = f'{identifier}/modes', True, None
+        self._hear_modes()
         self._listen(DiagnosticArray, '/diagnostics', results, self._health)
         self._listen(DiagnosticArray, f'{gap}/where', results, self._where)
         for name in GAP:
@@ -48,7 +50,24 @@ class Listener:
         self.thread.start()
 
     def _listen(self, message_class, topic, qos, take):
-        self.node.create_subscription(message_class, topic, take, qos)
+        return self.node.create_subscription(message_class, topic, take, qos)
+
+    def _hear_modes(self):
+        """Subscribe so that the windows of before come too, if the publisher keeps them."""
+        if self._hears is not None:
+            self.node.destroy_subscription(self._hears)
+        self._hears = self._listen(DiagnosticArray, self._modes, QoSProfile(
+            depth=100, durability=(DurabilityPolicy.TRANSIENT_LOCAL if self._latched
+                                   else DurabilityPolicy.VOLATILE)), self._window)
+
+    def _adapt(self):
+        """Follow a publisher that keeps no windows, as the player of an older bag."""
+        offers = self.node.get_publishers_info_by_topic(self._modes)
+        latched = all(o.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
+                      for o in offers)
+        if offers and latched != self._latched:
+            self._latched = latched
+            self._hear_modes()
 
     def _window(self, msg):
         try:
@@ -70,8 +89,12 @@ class Listener:
         return take
 
     def _spin(self):
+        looked = 0.0
         while not self._stop.is_set():
             self.executor.spin_once(timeout_sec=0.5)
+            if time.monotonic() > looked + ADAPT_S:
+                looked = time.monotonic()
+                self._adapt()
 
     def close(self):
         """Stop listening."""

@@ -6,26 +6,41 @@ Numbers are written with `repr`, so that what is read back is equal to the bit.
 import array
 import json
 import math
+import time
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+import numpy as np
 from ssi_ros.identify.traced import TracedWindow
 from ssi_ros.records import Mode
 from std_msgs.msg import Float64MultiArray, MultiArrayDimension, MultiArrayLayout
 
+DATES_S = 86400 * 365       # stamps of a simulated clock that begins at 0 are no dates
 EVENTS = ('births', 'deaths', 'splits', 'merges')
 SERIES = ('frequency_hz', 'frequency_std_hz', 'damping_ratio', 'damping_ratio_std')
+SLOTTED = (*SERIES, 'identity')         # one number a mode, published in slots
 
 
 def time_of(stamp_ns):
-    """Return a Time message of a stamp [ns]."""
+    """Return a Time message of a stamp [ns]; ValueError beyond 1970 to 2038, which it can hold."""
     seconds, rest = divmod(int(stamp_ns), 1_000_000_000)
+    if not 0 <= seconds < 2 ** 31:
+        raise ValueError(f'the time {stamp_ns} ns is outside of those of a ROS message, 1970 to '
+                         '2038')
     return Time(sec=seconds, nanosec=rest)
 
 
-def stamp_of(time):
+def stamp_of(stamp):
     """Return the stamp [ns] of a Time message."""
-    return time.sec * 1_000_000_000 + time.nanosec
+    return stamp.sec * 1_000_000_000 + stamp.nanosec
+
+
+def clock_words(stamp_ns):
+    """Return a stamp as words: the time of day in UTC, or seconds where it is no date."""
+    seconds, rest = divmod(int(stamp_ns), 1_000_000_000)
+    if seconds < DATES_S:
+        return f'{stamp_ns * 1e-9:.3f} s'
+    return time.strftime('%H:%M:%S', time.gmtime(seconds)) + f'.{rest // 100_000_000} UTC'
 
 
 def status(name, level, message, **values):
@@ -92,6 +107,27 @@ def series_message(window, name, slots, size):
         MultiArrayDimension(label='slot', size=size, stride=size),
         MultiArrayDimension(label=f'window_end_ns={window.end_ns}', size=1, stride=1)])
     return Float64MultiArray(layout=layout, data=values)
+
+
+def shape_message(window, slots, size, channels):
+    """
+    Return the shape of every mode in fixed slots: slot x channel x (real, imaginary part).
+
+    The labels name the channels and the window's end; NaN in a slot without a mode.
+    """
+    values = np.full((size, len(channels), 2), math.nan)
+    for m in window.modes:
+        slot = slots.get(m.identity, -1)
+        if slot >= 0:
+            values[slot] = np.stack([m.shape.real, m.shape.imag], axis=-1)
+    width = 2 * len(channels)
+    layout = MultiArrayLayout(dim=[
+        MultiArrayDimension(label='slot', size=size, stride=size * width),
+        MultiArrayDimension(label=','.join(channels), size=len(channels), stride=width),
+        MultiArrayDimension(label=f'window_end_ns={window.end_ns}', size=2, stride=2)])
+    message = Float64MultiArray(layout=layout)
+    message.data.frombytes(values.tobytes())
+    return message
 
 
 class Slots:

@@ -1,5 +1,5 @@
 """
-What the four nodes share: lifecycle with autostart, health at 1 Hz, a clean end.
+What the nodes share: lifecycle with autostart, health at 1 Hz, a clean end.
 
 A node derives from `StageNode`, creates its interfaces in `configure`, works between `activate`
 and `deactivate`, and releases everything in `cleanup`. A `ValueError` or `OSError` in them is
@@ -21,6 +21,8 @@ from rclpy.experimental import EventsExecutor
 from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
 from rclpy.signals import SignalHandlerOptions
 from ssi_ros.ros import parameters
+from ssi_ros.ros.messages import status
+from ssi_ros.ros.twins import twins
 
 LINGER_S = 0.5
 ACKNOWLEDGED_S = 10.0          # a reader that stands still may go on in that time
@@ -44,6 +46,7 @@ class StageNode(LifecycleNode):
             parameters.declare(self, cls)
         self.add_on_set_parameters_callback(parameters.answer(self._change))
         self._health_timer = self._health_publisher = None
+        self.is_active, self._warned = False, set()
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
 
     def every(self, period_s, callback):
@@ -67,6 +70,10 @@ class StageNode(LifecycleNode):
         """Return a list of DiagnosticStatus, asked for once a second."""
         return []
 
+    def announcement(self):
+        """Return the line that says at the start what the node is about to do; or nothing."""
+        return ''
+
     def settings_changed(self, *settings):
         """Take new settings while configured; ValueError refuses them."""
 
@@ -83,10 +90,16 @@ class StageNode(LifecycleNode):
     def on_activate(self, state):
         """Begin the work."""
         result = super().on_activate(state)
-        return self._attempt('activate', self.activate) if result == _SUCCESS else result
+        if result == _SUCCESS:
+            result = self._attempt('activate', self.activate)
+        self.is_active = result == _SUCCESS
+        if self.is_active and (line := self.announcement()):
+            self.get_logger().info(line)
+        return result
 
     def on_deactivate(self, state):
         """Pause the work."""
+        self.is_active = False
         self._attempt('deactivate', self.deactivate)
         return super().on_deactivate(state)
 
@@ -96,6 +109,7 @@ class StageNode(LifecycleNode):
 
     def on_shutdown(self, state):
         """Stop the work and release everything."""
+        self.is_active = False
         self._attempt('deactivate', self.deactivate)
         return self._attempt('shutdown', self._release)
 
@@ -129,7 +143,15 @@ class StageNode(LifecycleNode):
         self.settings = ()
 
     def _publish_health(self):
-        msg = DiagnosticArray(status=self.health())
+        name = self.get_name()
+        found = self.health() if self.is_active else [
+            status(f'{name}: node', 'ok', 'inactive: configured, waits for activation')]
+        for sentence in twins(self):
+            found.append(status(f'{name}: names', 'warn', sentence))
+            if sentence not in self._warned:
+                self._warned.add(sentence)
+                self.get_logger().warning(sentence)
+        msg = DiagnosticArray(status=found)
         msg.header.stamp = self.get_clock().now().to_msg()
         self._health_publisher.publish(msg)
 
@@ -173,17 +195,27 @@ class Audience:
 _SUCCESS = TransitionCallbackReturn.SUCCESS
 
 
-def run(node_class, args=None):
+def run(node_class, args=None, beside=None):
     """
     Run one node in this process until it is done or told to stop; return the exit code.
 
     SIGINT and SIGTERM end it cleanly: the node shuts down, files are closed, no traceback.
+
+    Parameters
+    ----------
+    node_class : type
+        The StageNode.
+    args : list of str, optional
+        ROS arguments; those of the process if not given.
+    beside : callable, optional
+        Called with the node; what it returns works beside it and is closed at the end.
+
     """
     rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     stop = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: stop.set())
-    code, node = 0, None
+    code, node, other = 0, None, None
     try:
         node = node_class()
         parameters.check_known(node)
@@ -192,6 +224,7 @@ def run(node_class, args=None):
         if node.get_parameter('autostart').value and not _start(node):
             code = 2
         else:
+            other = beside(node) if beside is not None else None
             # an infinite timeout hangs in this executor, a finite one does not
             while not stop.is_set() and not node.done.is_set():
                 _spin(executor, node)
@@ -202,6 +235,8 @@ def run(node_class, args=None):
         print(f'{node_class.__name__}: {error}', file=sys.stderr)
         code = 2
     finally:
+        if other is not None:
+            other.close()
         if node is not None:
             node.destroy_node()
         rclpy.try_shutdown()

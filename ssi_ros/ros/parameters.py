@@ -7,8 +7,8 @@ read it back, and answer a change with the range that is allowed.
 from dataclasses import replace
 import math
 
-from rcl_interfaces.msg import (FloatingPointRange, IntegerRange, ParameterDescriptor,
-                                ParameterType, SetParametersResult)
+from rcl_interfaces.msg import (
+    FloatingPointRange, IntegerRange, ParameterDescriptor, ParameterType, SetParametersResult)
 from rclpy.parameter import Parameter
 from ssi_ros.quantity import check_value, quantities, unknown
 

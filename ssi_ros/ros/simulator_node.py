@@ -15,6 +15,7 @@ import numpy as np
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
 from ssi_ros.bag import encode_accel
+from ssi_ros.bag.names import check_topic
 from ssi_ros.effects import load_configuration, parse_effect
 from ssi_ros.effects.stream import stream_setup
 from ssi_ros.quantity import quantity
@@ -25,6 +26,7 @@ from std_msgs.msg import Float64MultiArray, MultiArrayDimension, MultiArrayLayou
 TICK_S = 0.01             # how often due samples are published
 BLOCK_S = 1.0             # how much is simulated at once
 CATCH_UP_S = 0.25         # how much may be published at once after the machine was busy
+LEAST_BEHIND_S = 0.1      # a delay that nobody would notice is not worth a line
 RELIABLE_S = 10.0        # how long a reader may stand still before samples that it lacks are lost
 
 
@@ -44,7 +46,7 @@ class Simulation:
                                  doc='length of the simulation, 0 = endless')
     at_rest: bool = quantity(False, live=False,
                              doc='start at rest in place of the stationary state')
-    start_s: float = quantity(-1.0, unit='s', low=-1.0, high=4e9, live=False,
+    start_s: float = quantity(-1.0, unit='s', low=-1.0, high=2147483647.0, live=False,
                               doc='stamp of the first sample, -1 = now on the whole second')
     publish_clock: bool = quantity(False, live=False,
                                    doc='publish /clock also at speed 1')
@@ -80,6 +82,12 @@ class SimulatorNode(StageNode):
         depth = max(5, int(hold_s * self._rate_hz * max(1.0, settings.speed)))
         qos = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=depth, reliability=(
             ReliabilityPolicy.RELIABLE if settings.reliable else ReliabilityPolicy.BEST_EFFORT))
+        for name in self._names:
+            check_topic(f'/{settings.namespace.lstrip("/")}/{name}')
+        if settings.start_s + settings.duration_s >= 2 ** 31:
+            raise ValueError(f'start_s={settings.start_s:g} and duration_s='
+                             f'{settings.duration_s:g} go beyond 2147483647 s, the year 2038, '
+                             'where ROS times end')
         self._sensors = [self._advertise(AccelStamped, f'{settings.namespace}/{name}', qos)
                          for name in self._names]
         self._batch = (self._advertise(Float64MultiArray, f'{settings.namespace}/batch', qos)
@@ -98,12 +106,17 @@ class SimulatorNode(StageNode):
     def activate(self):
         """Begin, or go on where it was paused."""
         settings = self.settings[0]
-        if self._start_ns is None:
-            start_s = settings.start_s if settings.start_s >= 0.0 else float(int(time.time()))
-            self._start_ns = round(start_s * 1e9)
-            self._next_block()
         self._pace = None
         self._timer = self.every(TICK_S if settings.speed > 0.0 else 0.001, self._tick)
+
+    def announcement(self):
+        """Say what is published, and whether it waits for readers."""
+        s = self.settings[0]
+        waits = f', when {s.wait_for_subscribers} subscribers are there' * bool(
+            s.wait_for_subscribers)
+        return (f'publishing {len(self._sensors)} accelerometers at {self._rate_hz:g} Hz, speed '
+                f'{s.speed:g}, seed {s.seed}, '
+                + (f'for {s.duration_s:g} s' if s.duration_s else 'until it is stopped') + waits)
 
     def deactivate(self):
         """Pause."""
@@ -145,15 +158,20 @@ class SimulatorNode(StageNode):
         if due > most:            # the machine is too slow: keep every sample, lose the pace
             self.behind_s += (due - most) / (settings.speed * self._rate_hz)
             self._pace = (now, self.sent + most - 1)
-            self.get_logger().warning(
-                f'{self.behind_s:.1f} s behind the pace of speed={settings.speed:g}; no sample '
-                'is left out, lower speed to keep the pace', throttle_duration_sec=5.0)
+            if self.behind_s >= LEAST_BEHIND_S:
+                self.get_logger().warning(
+                    f'{self.behind_s:.1f} s behind the pace of speed={settings.speed:g}; no '
+                    'sample is left out, lower speed to keep the pace', throttle_duration_sec=5.0)
         return min(due, most)
 
     def _tick(self):
         settings = self.settings[0]
         if self.sent == 0 and not self._audience.ready():
             return
+        if self._start_ns is None:        # not before: the wait for readers is not simulated
+            start_s = settings.start_s if settings.start_s >= 0.0 else float(int(time.time()))
+            self._start_ns = round(start_s * 1e9)
+            self._next_block()
         due = self._due(settings)
         if settings.duration_s:
             due = min(due, round(settings.duration_s * self._rate_hz) - self.sent)
@@ -188,7 +206,7 @@ class SimulatorNode(StageNode):
         """Tell how far the simulation is."""
         speed = self.settings[0].speed
         waiting = self._timer is not None and self.sent == 0 and not self._audience.ready()
-        level = 'warn' if self.behind_s or waiting else 'ok'
+        level = 'warn' if self.behind_s >= LEAST_BEHIND_S or waiting else 'ok'
         text = ('waiting for subscribers' if waiting else
                 f'{self.sent / self._rate_hz:.1f} s simulated at speed {speed:g}')
         return [status(f'{self.get_name()}: samples', level, text, samples=self.sent,

@@ -1,0 +1,161 @@
+"""The stamps of one channel: samples that wait, its phase, its rate; batches of several."""
+from dataclasses import dataclass
+
+import numpy as np
+
+PHASE_SAMPLES = 256       # after so many samples a channel's phase follows the clock's drift
+
+
+@dataclass(frozen=True)
+class ChannelCount:
+    """What a channel has brought so far (numbers of samples, rate in Hz)."""
+
+    received: int = 0
+    placed: int = 0
+    missing: int = 0
+    duplicates: int = 0
+    out_of_order: int = 0
+    late: int = 0
+    not_finite: int = 0
+    bad_stamps: int = 0
+    rate_hz: float = float('nan')
+    longest_gap_s: float = 0.0
+
+
+def batches(arrivals_ns, span_ns):
+    """
+    Cut channels at the same moments, so that all meet a jump of the clock together.
+
+    Parameters
+    ----------
+    arrivals_ns : sequence of ndarray of int64
+        When the samples of each channel arrived [ns], not falling.
+    span_ns : int
+        Longest time that one batch holds [ns].
+
+    Returns
+    -------
+    list of tuple of slice
+        Of each batch that holds a sample, the slice of every channel: a gap costs nothing.
+
+    """
+    begins = [int(a[0]) for a in arrivals_ns if len(a)]
+    if not begins:
+        return []
+    spans = [(a - min(begins)) // span_ns for a in arrivals_ns]
+    numbers = np.unique(np.concatenate([np.unique(s) for s in spans]))
+    ends = [np.searchsorted(s, numbers, side='right').tolist() for s in spans]
+    return [tuple(slice(e[k - 1] if k else 0, e[k]) for e in ends) for k in range(len(numbers))]
+
+
+def rate_of(stamps_ns):
+    """
+    Estimate the rate [Hz] of stamps with losses and jitter: slope over their counted ticks.
+
+    NaN where all stamps are equal.
+    """
+    stamps = np.sort(stamps_ns)
+    steps = np.diff(stamps)
+    steps = steps[steps > 0]
+    if not len(steps):
+        return float('nan')
+    dt = float(np.median(steps))
+    since = (stamps - stamps[0]).astype(float)
+    for _ in range(2):                       # the second pass counts with a better period
+        ticks = np.rint(since / dt)
+        dt = float(np.polyfit(ticks, since, 1)[0]) if ticks[-1] > 1 else dt
+    return 1e9 / dt
+
+
+class Phase:
+    """The offset of a channel's stamps from the ticks, followed in steps of PHASE_SAMPLES."""
+
+    def __init__(self, phase_ns):
+        self.phase_ns = phase_ns
+        self.residuals = []
+        self.collected = 0
+
+    def index(self, since_ns, dt):
+        out = np.empty(len(since_ns), dtype=np.int64)
+        at = 0
+        while at < len(since_ns):
+            n = min(PHASE_SAMPLES - self.collected, len(since_ns) - at)
+            ticks = (since_ns[at:at + n] - self.phase_ns) / dt
+            index = np.rint(ticks)
+            out[at:at + n] = index
+            self.residuals.append(ticks - index)
+            self.collected += n
+            at += n
+            if self.collected == PHASE_SAMPLES:
+                self.phase_ns += float(np.median(np.concatenate(self.residuals))) * dt
+                self.residuals, self.collected = [], 0
+        return out
+
+
+class Queue:
+    """Stamped samples waiting for their place."""
+
+    def __init__(self):
+        self._stamps, self._values, self._size, self.newest = [], [], 0, None
+
+    def __len__(self):
+        return self._size
+
+    def add(self, stamps, values):
+        self._stamps.append(stamps)
+        self._values.append(values)
+        self._size += len(stamps)
+        newest = int(stamps.max())
+        self.newest = newest if self.newest is None else max(self.newest, newest)
+
+    def stamps(self):
+        return np.concatenate(self._stamps) if self._stamps else np.empty(0, dtype=np.int64)
+
+    def take(self):
+        stamps, values = self.stamps(), np.concatenate(self._values)
+        self._stamps, self._values, self._size = [], [], 0
+        return stamps, values
+
+    def clear(self):
+        self._stamps, self._values, self._size, self.newest = [], [], 0, None
+
+
+class Run:
+    """Strange stamps that follow each other: the beginning of a jump, if enough of them do."""
+
+    def __init__(self):
+        self.clear()
+
+    def __len__(self):
+        return len(self.values)
+
+    def clear(self):
+        """Forget all; return how many there were."""
+        count = len(getattr(self, 'values', ()))
+        self.stamps, self.values = [], []
+        return count
+
+    def add(self, stamp, value, within_ns):
+        """Add one sample; where it does not follow the last one, return how many are given up."""
+        apart = bool(self.stamps) and abs(stamp - self.stamps[-1]) > within_ns
+        given_up = self.clear() if apart else 0
+        self.stamps.append(stamp)
+        self.values.append(value)
+        return given_up
+
+    @property
+    def span_ns(self):
+        """Return the time from the first to the last [ns]."""
+        return self.stamps[-1] - self.stamps[0] if self.stamps else 0
+
+
+def nothing_on(grid):
+    """Return the sentence for a grid that has no row."""
+    received = sum(c.received for c in grid.counts)
+    if not received:
+        return 'the record has no samples on these channels'
+    faults = {k: sum(getattr(c, k) for c in grid.counts)
+              for k in ('bad_stamps', 'not_finite', 'late', 'out_of_order')}
+    return (f'none of {received} samples has a place on an even grid ('
+            + ', '.join(f'{n} {k}' for k, n in faults.items() if n)
+            + '): stamps have to rise, all but evenly; check them, or give rate_hz')
