@@ -12,6 +12,7 @@ import os
 from pathlib import Path
 
 from ssi_ros.cli._memory import keep_freed_memory
+from ssi_ros.gap.diagnosis import probability_text
 
 ANSWERS = 'diagnoses'           # folder of the answers, beside the bags
 COLUMNS = ('bag', 'outcome', 'effect', 'probability', 'reason')
@@ -42,7 +43,7 @@ def run_many(args):
     answers = args.json or folder / ANSWERS
     bags = find_bags(folder, answers)
     job = job_of(args)
-    _prepare(job)                   # a mistake in model, settings or names is told before all
+    _prepare(job)                   # a mistake in model, settings or names ends it before the work
     answers.mkdir(parents=True, exist_ok=True)
     _same_run(answers / 'run.json', job)
     rows = {name: row for name in bags if (row := _read(name, answers)) is not None}
@@ -98,7 +99,7 @@ def diagnose_one(job, name, bag, answers):
             found = _diagnosis(job, bag).to_json()
     except (ValueError, OSError) as error:
         found = {'outcome': FAILED, 'reason': str(error)}
-    except Exception as error:          # one strange bag must not end all the others
+    except Exception as error:          # one bag that fails must not end all the others
         found = {'outcome': FAILED, 'reason': f'{type(error).__name__}: {error}'}
     path = _answer(name, answers)
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -108,16 +109,18 @@ def diagnose_one(job, name, bag, answers):
 
 def _diagnosis(job, bag):
     from ssi_ros.cli._samples import read_samples
+    from ssi_ros.gap.driver import diagnose
     nominal, present, settings = _prepare(job)
     options = {'effects': list(job.effects) or None, 'pairs': job.pairs}
     if job.reference:
         from ssi_ros.bag import parse_channel
-        from ssi_ros.gap.reference import diagnose_reference
+        from ssi_ros.gap.nominal.recorded import RecordedNominal
         channels = [parse_channel(c) for c in job.channels] or None
-        return diagnose_reference(nominal, read_samples(bag, 0.0, channels), settings, **options)
-    from ssi_ros.gap.diagnose import diagnose
+        return diagnose(RecordedNominal(nominal), read_samples(bag, 0.0, channels), settings,
+                        **options)
+    from ssi_ros.gap.nominal.model import ModelNominal
     samples = read_samples(bag, nominal.rate_hz)
-    return diagnose(nominal, samples, settings, present=present, **options)
+    return diagnose(ModelNominal(nominal, present), samples, settings, **options)
 
 
 @lru_cache(maxsize=2)
@@ -207,7 +210,7 @@ def row_of(name, found):
 
 def line_of(row):
     """Return a row as one line."""
-    sure = '' if row['probability'] is None else f'{row["probability"]:.3f}'
+    sure = '' if row['probability'] is None else probability_text(row['probability'])
     what = row['effect'] or (row['reason'].splitlines()[0] if row['outcome'] == FAILED else '-')
     return f'{row["bag"]:<24} {row["outcome"]:<16} {sure:>6}  {what}'
 

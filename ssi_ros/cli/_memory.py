@@ -1,8 +1,10 @@
 """Memory of a process that makes and frees large arrays thousands of times."""
 import ctypes
+import os
 
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3     # glibc's malloc.h
 KEPT = 1 << 30          # bytes that are not handed back
+SHARE = 0.8             # of the free memory that one command may take
 LARGEST = 32 << 20      # glibc takes no larger threshold for an array with pages of its own
 
 
@@ -19,3 +21,29 @@ def keep_freed_memory():
         return
     mallopt(M_TRIM_THRESHOLD, KEPT)
     mallopt(M_MMAP_THRESHOLD, LARGEST)
+
+
+def check_memory(needed, what):
+    """
+    Check, before the work, that there is memory for it.
+
+    Parameters
+    ----------
+    needed : float
+        Estimate [byte].
+    what : str
+        What needs it, for the sentence.
+
+    Raises
+    ------
+    ValueError
+        If it is more than four fifths of what is free on this machine.
+
+    """
+    try:
+        free = os.sysconf('SC_AVPHYS_PAGES') * os.sysconf('SC_PAGE_SIZE')
+    except (ValueError, OSError, AttributeError):
+        return
+    if needed > SHARE * free:
+        raise ValueError(f'{what} needs about {needed / 1e9:.3g} GB of memory, and '
+                         f'{free / 1e9:.3g} GB are free; ask for less')

@@ -1,6 +1,9 @@
 """Tables of modes for the terminal."""
 import math
 
+from ssi_ros.identify.shapes import mac
+from ssi_ros.quantity import fixed, with_spread
+
 
 def mode_table(window, names):
     """Return a window's modes as text: number, label, frequency, damping with spreads, shape."""
@@ -9,24 +12,30 @@ def mode_table(window, names):
     for m in window.modes:
         shape = ' '.join(_component(z) for z in m.shape[:8])
         more = ' ...' if len(m.shape) > 8 else ''
-        frequency = _with_spread(m.frequency_hz, m.frequency_std_hz, 4)
-        damping = _with_spread(100 * m.damping_ratio, 100 * m.damping_ratio_std, 2)
+        frequency = with_spread(m.frequency_hz, m.frequency_std_hz, 4)
+        damping = with_spread(100 * m.damping_ratio, 100 * m.damping_ratio_std, 2)
         lines.append(f'{m.identity:>4} {m.label:<11}{frequency:>22}{damping:>18}   {shape}{more}')
     return '\n'.join(lines)
 
 
 def _component(z):
-    return f'{math.copysign(abs(z), z.real):+.2f}'
+    return fixed(math.copysign(abs(z), z.real), 2, '+')
 
 
-def _with_spread(value, std, digits):
-    spread = f'+-{std:.{digits}f}' if math.isfinite(std) else ''
-    return f'{value:.{digits}f} {spread}'
-
-
-def compare(frequencies_hz, damping_ratios, window, tolerance=0.005):
+def compare(theory, count, window, tolerance=0.005):
     """
-    Hold a window against theory, each mode against the nearest one, each used once.
+    Hold a window against theory, each mode against its own line, by frequency and shape.
+
+    Parameters
+    ----------
+    theory : NaturalModes
+        Of the model, with the shapes at the channels of the window.
+    count : int
+        How many of its modes, from the lowest on.
+    window : WindowModes
+        Identified.
+    tolerance : float
+        Relative error of a frequency that counts as found.
 
     Returns
     -------
@@ -36,29 +45,40 @@ def compare(frequencies_hz, damping_ratios, window, tolerance=0.005):
         The table.
 
     """
-    nearest = pair(frequencies_hz, window)
+    frequencies_hz, damping_ratios = theory.frequencies_hz[:count], theory.damping_ratios[:count]
+    nearest = pair(frequencies_hz, theory.shapes.T[:count], window)
     found = 0
     lines = [f'{"theory [Hz]":>12}{"found [Hz]":>22}{"error [%]":>11}{"damping [%]":>18}'
-             f'{"theory [%]":>12}  label']
-    for f, xi, m in zip(frequencies_hz, damping_ratios, nearest):
+             f'{"theory [%]":>12}{"MAC":>7}  label']
+    for f, xi, shape, m in zip(frequencies_hz, damping_ratios, theory.shapes.T, nearest):
         if m is None:
-            lines.append(f'{f:12.4f}{"-":>22}{"":>11}{"":>18}{100 * xi:12.2f}  not found')
+            lines.append(f'{f:12.4f}{"-":>22}{"":>11}{"":>18}{100 * xi:12.2f}{"":>7}  not found')
             continue
         error = m.frequency_hz / f - 1.0
         found += abs(error) <= tolerance
-        lines.append(f'{f:12.4f}{_with_spread(m.frequency_hz, m.frequency_std_hz, 4):>22}'
-                     f'{100 * error:11.3f}'
-                     f'{_with_spread(100 * m.damping_ratio, 100 * m.damping_ratio_std, 2):>18}'
-                     f'{100 * xi:12.2f}  {m.label}')
+        lines.append(f'{f:12.4f}{with_spread(m.frequency_hz, m.frequency_std_hz, 4):>22}'
+                     f'{fixed(100 * error, 3):>11}'
+                     f'{with_spread(100 * m.damping_ratio, 100 * m.damping_ratio_std, 2):>18}'
+                     f'{100 * xi:12.2f}{_mac(m.shape, shape):7.3f}  {m.label}')
     others = [m for m in window.modes if all(m is not n for n in nearest)]
-    lines += [f'{"none":>12}{_with_spread(m.frequency_hz, m.frequency_std_hz, 4):>22}'
-              f'{"":>11}{_with_spread(100 * m.damping_ratio, 100 * m.damping_ratio_std, 2):>18}'
-              f'{"":>12}  {m.label}' for m in others]
+    lines += [f'{"none":>12}{with_spread(m.frequency_hz, m.frequency_std_hz, 4):>22}'
+              f'{"":>11}{with_spread(100 * m.damping_ratio, 100 * m.damping_ratio_std, 2):>18}'
+              f'{"":>19}  {m.label}' for m in others]
     return found, '\n'.join(lines)
 
 
-def pair(frequencies_hz, window, reach=0.03):
-    """Return for each frequency the mode that belongs to it, or None (assignment, 3 % apart)."""
+def _mac(one, other):
+    import numpy as np
+    return float(mac(np.asarray(one)[None], np.asarray(other)[None])[0, 0])
+
+
+def pair(frequencies_hz, shapes, window, reach=0.03):
+    """
+    Return for each line of theory the mode that belongs to it, or None.
+
+    Assignment at the least sum of distances in frequency, over `reach`, and 1 - MAC: modes closer
+    than their spreads are distinguished by their shapes.
+    """
     import numpy as np
     from scipy.optimize import linear_sum_assignment
     if not window.modes:
@@ -66,9 +86,10 @@ def pair(frequencies_hz, window, reach=0.03):
     found = np.array([m.frequency_hz for m in window.modes])
     theory = np.asarray(frequencies_hz)[:, None]
     distance = np.minimum(np.abs(found / theory - 1.0), 10.0 * reach)
+    unlike = 1.0 - mac(np.asarray(shapes), np.array([m.shape for m in window.modes]))
     out = [None] * len(frequencies_hz)
-    for i, j in zip(*linear_sum_assignment(distance)):
-        if distance[i, j] <= reach:
+    for i, j in zip(*linear_sum_assignment(distance / reach + unlike)):
+        if distance[i, j] <= reach and unlike[i, j] < 0.5:
             out[i] = window.modes[j]
     return out
 

@@ -28,8 +28,10 @@ def add_arguments(parser):
 def run(args):
     """Run the demo, print the table; 0 if all held."""
     import json
+    import sys
 
     from ssi_ros.bag import read_channels
+    from ssi_ros.cli._colour import coloured
     from ssi_ros.cli._options import Progress
     from ssi_ros.cli._table import compare, largest_difference
     from ssi_ros.identify import Identification
@@ -47,25 +49,30 @@ def run(args):
         outcome = demo.run(args.folder, duration_s=args.duration_s, window_s=args.window_s,
                            hop_s=args.hop_s, speed=args.speed, seed=args.seed,
                            say=progress.say, progress=progress)
+    print(f'step 3 of 3, offline: the verb `identify` on {outcome.bag}')
     recording = read_channels(outcome.bag)
-    offline, _ = identify_stamped(recording.names, recording.stamps_ns, recording.values,
-                                  settings, arrivals_ns=recording.arrivals_ns)
+    with Progress('offline') as progress:
+        offline, _ = identify_stamped(recording.names, recording.stamps_ns, recording.values,
+                                      settings, arrivals_ns=recording.arrivals_ns,
+                                      progress=progress)
     (args.folder / 'modes.json').write_text(json.dumps(
         modes_json(outcome.live.values(), int(recording.stamps_ns[0][0]))))
     theory = natural_modes(assemble(load_spacecraft()))
     last = outcome.live[max(outcome.live)]
-    found, text = compare(theory.frequencies_hz[:20], theory.damping_ratios[:20], last)
-    print(f'\n{args.window_s:g} s window, live over DDS, against theory:\n{text}')
+    found, text = compare(theory, 20, last)
+    print(coloured(f'\n{args.window_s:g} s window, live over DDS, against theory:\n{text}',
+                   sys.stdout))
     replay = largest_difference(outcome.live, outcome.replayed)
     alone = largest_difference(outcome.live, {w.end_ns: w for w in offline})
-    print(f'\n{found} of 20 modes within 0.5 % of theory '
+    print(f'\n{found} of 20 modes within 0.5 % of their own line of theory, paired by frequency '
+          'and shape '
           f'({sum(m.label == "structural" for m in last.modes)} found structural)')
     print(f'replayed against live, {len(outcome.replayed)} windows: '
           f'largest difference {replay:.1e}')
     print(f'offline against live, {len(offline)} windows: largest difference {alone:.1e}')
     print(f'live {outcome.live_s:.0f} s, replay {outcome.replay_s:.0f} s; bag: {outcome.bag}, '
           f'modes: {args.folder / "modes.json"}')
-    print(f'look on: ssi_ros info {outcome.bag}')
+    print(f'go on with: ssi_ros info {outcome.bag}')
     good = found >= 18 and replay <= 1e-9 and alone <= 1e-9
     return 0 if good else 1
 

@@ -1,13 +1,13 @@
 """
 Diagnose the gap between a simulator and a recording.
 
-It says whether there is a gap, where it lies, which unmodelled effect causes it and how sure that
-is, and how far the gap shrinks on data that the fit did not see. Exit code 0: the record is
-explained (or there is no gap), 1: it is not.
+It says whether there is a gap, where it lies, which unmodelled effect causes it, of which size and
+with which probability, and how much of the gap that effect removes on data that its fit did not
+use. Exit code 0: the record is explained (or there is no gap), 1: it is not.
 """
 from pathlib import Path
 
-HELP = 'find which unmodelled effect parts a bag from the model'
+HELP = 'find which unmodelled effect makes a bag differ from the model'
 EXAMPLE = 'ssi_ros diagnose quiet --json diagnosis.json'
 
 
@@ -22,16 +22,19 @@ def add_arguments(parser):
     parser.add_argument('--scheduler', metavar='tcp://...',
                         help='with --many: a running Dask scheduler in place of own processes')
     parser.add_argument('--model', metavar='FILE',
-                        help='spacecraft YAML of the simulator (default: the packaged one)')
+                        help='spacecraft YAML of the simulator, or .npz or .mat of any structure '
+                        '(default: the packaged spacecraft)')
     parser.add_argument('--reference', type=Path, metavar='BAG0',
-                        help='take another bag of the same structure for nominal, not a model')
+                        help='a healthy bag of the same structure: alone it is the nominal; with '
+                        '--model the model is calibrated on it first')
     parser.add_argument('--channel', action='append', metavar='TOPIC[:FIELD]',
-                        help='with --reference: a numeric field of both bags, repeatable '
-                        '(default: accel.linear.z of every AccelStamped topic)')
+                        help='with --reference, or a model in .npz or .mat: a numeric field of '
+                        'the bag, in the order of the channels of a model; repeatable (default: '
+                        'accel.linear.z of every AccelStamped topic)')
     parser.add_argument('--settings', metavar='FILE', help='YAML as config/diagnosis.yaml')
     parser.add_argument('--effects', metavar='A,B', help='consider only these effects')
     parser.add_argument('--no-pairs', action='store_true',
-                        help='do not look for two effects at once')
+                        help='do not search two effects at once')
     parser.add_argument('--json', type=Path, metavar='FILE', help='write the diagnosis there')
     parser.add_argument('--html', type=Path, metavar='FILE',
                         help='write a page with pictures there; it needs no network')
@@ -46,9 +49,8 @@ def run(args):
     import json
 
     from ssi_ros.cli._options import Progress
-    from ssi_ros.cli._samples import read_samples
-    from ssi_ros.effects import load_configuration, save_configuration
-    from ssi_ros.gap.diagnose import diagnose
+    from ssi_ros.effects import save_configuration
+    from ssi_ros.gap.driver import diagnose
     from ssi_ros.gap.settings import load_settings
 
     if (args.bag is None) == (args.many is None):
@@ -58,66 +60,102 @@ def run(args):
         return run_many(args)
     if args.workers is not None or args.scheduler is not None:
         raise ValueError('--workers and --scheduler belong to --many')
-    if args.reference is not None:
-        return run_against_reference(args)
-    if args.channel:
-        raise ValueError('--channel belongs to --reference; a model names its own channels')
-    spacecraft, present = load_configuration(args.model)
+    nominal, samples = _inputs(args)
+    settings = load_settings(args.settings)
     names = [n.strip() for n in args.effects.split(',')] if args.effects else None
-    samples = read_samples(args.bag, spacecraft.rate_hz)
     with Progress('diagnosing') as progress:
-        found = diagnose(spacecraft, samples, load_settings(args.settings), effects=names,
-                         pairs=not args.no_pairs, present=present, progress=progress)
+        found = diagnose(nominal, samples, settings, effects=names, pairs=not args.no_pairs,
+                         progress=progress)
     print(text(found))
     if args.json:
         args.json.write_text(json.dumps(found.to_json(), indent=1) + '\n')
     if args.html or args.markdown:
-        from ssi_ros.report.diagnosis_page import view_of
-        write_pages(found, args, view_of(found, spacecraft, samples,
-                                         load_settings(args.settings), present))
+        write_pages(found, args, _view(found, nominal, samples, settings))
     if args.apply:
         best = found.candidates[0]
         if not best.built:
             raise ValueError(f'{found.outcome}: there is no effect to write to {args.apply}')
-        save_configuration(spacecraft, present + best.built, args.apply)
+        save_configuration(nominal.spacecraft, nominal.present + best.built, args.apply)
         print(f'wrote {args.apply}')
     return 0 if found.outcome in ('WITHIN_FLOOR', 'EXPLAINED', 'TIED') else 1
 
 
-def run_against_reference(args):
-    """Diagnose one bag against another of the same structure, whatever its channels are."""
-    import json
-
+def _inputs(args):
+    """Return the nominal, a model or a recording, and the samples of the bag."""
     from ssi_ros.bag import parse_channel
-    from ssi_ros.cli._options import Progress
     from ssi_ros.cli._samples import read_samples
-    from ssi_ros.gap.reference import diagnose_reference
-    from ssi_ros.gap.settings import load_settings
+    from ssi_ros.effects import load_configuration
+    from ssi_ros.gap.nominal.model import ModelNominal
+    from ssi_ros.gap.nominal.recorded import RecordedNominal
 
-    for value, word in ((args.model, '--model'), (args.apply, '--apply')):
-        if value is not None:
-            raise ValueError(f'{word} needs a simulator, which a reference recording is not; '
-                             f'leave out {word} or --reference')
-    names = [n.strip() for n in args.effects.split(',')] if args.effects else None
+    if args.reference is None or args.model is not None:
+        spacecraft, present = load_configuration(args.model)
+        channels = channels_of(spacecraft, args.channel)
+        if args.reference is not None:
+            spacecraft = _calibrated(spacecraft, present, channels, args)
+        return (ModelNominal(spacecraft, present),
+                read_samples(args.bag, spacecraft.rate_hz, channels))
+    if args.apply is not None:
+        raise ValueError('--apply needs a simulator, which a reference recording is not; give '
+                         '--model as well, or leave out --apply')
     channels = [parse_channel(c) for c in args.channel] if args.channel else None
     reference, record = (read_samples(b, 0.0, channels) for b in (args.reference, args.bag))
-    with Progress('diagnosing') as progress:
-        found = diagnose_reference(reference, record, load_settings(args.settings),
-                                   effects=names, pairs=not args.no_pairs, progress=progress)
-    print(text(found))
-    if args.json:
-        args.json.write_text(json.dumps(found.to_json(), indent=1) + '\n')
-    write_pages(found, args)
-    return 0 if found.outcome in ('WITHIN_FLOOR', 'EXPLAINED', 'TIED') else 1
+    return RecordedNominal(reference), record
 
 
-def write_pages(found, args, view=None):
+def _calibrated(spacecraft, present, channels, args):
+    """Return the model moved onto the healthy recording."""
+    from ssi_ros.cli._options import Progress
+    from ssi_ros.cli._samples import read_samples
+    from ssi_ros.gap.settings import load_settings
+    from ssi_ros.updating.calibrate import calibrate
+
+    healthy = read_samples(args.reference, spacecraft.rate_hz, channels)
+    with Progress('calibrating') as progress:
+        found = calibrate(spacecraft, [healthy], load_settings(args.settings),
+                          names=[args.reference.name], present=present, progress=progress)
+    return found.spacecraft
+
+
+def channels_of(model, given):
+    """Return the channels of a bag that a model's channels are read from, None for their names."""
+    from dataclasses import replace
+
+    from ssi_ros.bag import parse_channel
+
+    if not given:
+        return None
+    names = [s.name for s in model.sensors]
+    if model.arrays:
+        raise ValueError('--channel belongs to --reference; a model names its own channels')
+    if len(given) != len(names):
+        raise ValueError(f'--channel is given {len(given)} times, but the model has the channels '
+                         f'{", ".join(names)}; give one for each, in this order')
+    return [replace(parse_channel(c), name=n) for c, n in zip(given, names)]
+
+
+def _view(found, nominal, samples, settings):
+    """Return the curves of a page: record beside nominal, before and after."""
+    from ssi_ros.gap.nominal.pairing import make_pair
+    from ssi_ros.records import Samples
+    from ssi_ros.report.diagnosis_page import view_of
+    from ssi_ros.report.gap_view import reference_view
+
+    if hasattr(nominal, 'spacecraft'):
+        return view_of(found, nominal.spacecraft, samples, settings, nominal.present)
+    pair = make_pair(nominal.reference, samples)
+    both = (Samples(v, pair.rate_hz, pair.channels) for v in (pair.reference, pair.record))
+    return reference_view(*both, settings)
+
+
+def write_pages(found, args, view):
     """Write the HTML page and the Markdown that were asked for; see `report.diagnosis_page`."""
     from ssi_ros.report.diagnosis_page import diagnosis_markdown, diagnosis_page
 
-    reference = getattr(args, 'reference', None)
-    words = {'bag': str(args.bag), 'nominal': f'--reference {reference}' if reference else
-             f'--model {args.model or "config/spacecraft.yaml"}'}
+    words = {'bag': str(args.bag), 'nominal': ' '.join(filter(None, (
+        f'--model {args.model or "config/spacecraft.yaml"}'
+        if args.model or not args.reference else '',
+        f'--reference {args.reference}' if args.reference else '')))}
     for path, make in ((args.html, diagnosis_page), (args.markdown, diagnosis_markdown)):
         if path:
             path.write_text(make(found, view, **words), encoding='utf-8')
@@ -126,35 +164,57 @@ def write_pages(found, args, view=None):
 
 def text(found):
     """Return the diagnosis as lines in the order of an engineer's questions."""
-    gap = found.gap
-    lines = [f'{found.outcome}: {found.reason}',
-             f'gap {gap["before"]:.4f} nats a band, floor {gap["floor"]:.4f} +- '
-             f'{gap["floor_std"]:.4f}, p = {gap["p_value"]:.2g}']
-    lines += [f'sign: {s}' for s in found.signs]
-    where = found.where
-    for kind, label in (('sensors', 'name'), ('modes', 'name')):
-        if where[kind] and found.outcome != 'WITHIN_FLOOR':
-            best = sorted(where[kind], key=lambda e: -e['share'])[:4]
+    from ssi_ros.gap.diagnosis import p_value_text
+    from ssi_ros.report.wording import headline
+
+    found = found.to_json()
+    gap, outcome = found['gap'], found['outcome']
+    lines = [f'{outcome}: {headline(found)}']
+    if found['reason'] not in lines[0]:
+        lines.append(found['reason'])
+    lines.append(f'missing: {found["missing"]["text"]}')
+    lines += [f'detected: {s}' for s in found['signs']]
+    if outcome == 'TOO_LITTLE_DATA':
+        return '\n'.join(lines)
+    lines.append(f'gap {gap["before"]:.4f} nats a band, floor {gap["floor"]:.4f} +- '
+                 f'{gap["floor_std"]:.4f}, p-value {p_value_text(gap["p_value"])}')
+    quiet = outcome == 'WITHIN_FLOOR'
+    if not quiet:
+        lines += _where_lines(found['where'])
+    for c in found['candidates'][:3] if quiet else found['candidates']:
+        if c['effects'] != ['none'] or c['probability'] >= 0.005:
+            lines += _candidate_lines(c)
+    if found['separate_by']:
+        lines.append('what would distinguish them: ' + '; '.join(found['separate_by']))
+    return '\n'.join(lines)
+
+
+def _where_lines(where):
+    """Return the sensors, modes and sites with the largest shares of the gap."""
+    lines = []
+    for kind in ('sensors', 'modes'):
+        best = sorted((e for e in where[kind] if e['share'] > 0.005), key=lambda e: -e['share'])
+        if best:
             lines.append(f'{kind}: ' + ', '.join(
                 (f'{e["frequency_hz"]:.3f} Hz ' if 'frequency_hz' in e else '')
-                + f'{e[label]} {100 * e["share"]:.0f} %' for e in best))
-    if found.outcome != 'WITHIN_FLOOR':
-        lines.append('site: ' + ', '.join(f'{k} {100 * v:.0f} %'
-                                          for k, v in where['site'].items() if v > 0.005))
-    quiet = found.outcome == 'WITHIN_FLOOR'
-    for c in found.candidates[:3] if quiet else found.candidates:
-        if c.effects == ('none',) and c.probability < 0.001:
-            continue
-        closed = '' if c.closed != c.closed else (
-            f', closes {100 * c.closed:.0f} % ({100 * c.closed_low90:.0f} to '
-            f'{100 * c.closed_high90:.0f})')
-        lines.append(f'  {" + ".join(c.effects)}: probability {c.probability:.3f}{closed}')
-        places = [f'{k}={getattr(e, k)}' for e in c.built for k in ('channel', 'array', 'source')
-                  if isinstance(getattr(e, k, None), str)]
-        numbers = [f'{k.split(".")[-1]} = {v.value:.5g} +- {v.std:.2g} {v.unit}'.rstrip(' 1')
-                   for k, v in c.parameters.items()]
-        if places or numbers:
-            lines.append('      ' + ', '.join(places + numbers))
-    if found.separate_by:
-        lines.append('would part them: ' + '; '.join(found.separate_by))
-    return '\n'.join(lines)
+                + f'{e["name"]} {100 * e["share"]:.0f} %' for e in best[:4]))
+    sites = ', '.join(f'{k} {100 * v:.0f} %' for k, v in where['site'].items() if v > 0.005)
+    return lines + ([f'site: {sites}'] if sites else [])
+
+
+def _candidate_lines(candidate):
+    """Return a candidate's probability, what it removes of the gap, and its quantities."""
+    from ssi_ros.gap.diagnosis import probability_text
+    from ssi_ros.report.wording import compact, interval, quantities, removed
+
+    known = candidate['effects'][0] not in ('unknown', 'none')
+    share = known and removed(candidate)
+    lines = [f'  {" + ".join(candidate["effects"])}: probability '
+             f'{probability_text(candidate["probability"])}'
+             + (f', {share}, 90 % interval {interval(candidate)}' if share else '')]
+    for effect in dict.fromkeys(candidate['effects']) if known else ():
+        places, numbers = quantities(candidate, effect)
+        said = places + [f'{name} {size}' for name, size in compact(numbers)]
+        if said:
+            lines.append('      ' + ', '.join(said))
+    return lines

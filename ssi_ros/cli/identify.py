@@ -12,11 +12,12 @@ from pathlib import Path
 
 HELP = 'frequencies and damping of a bag, on sliding windows'
 EXAMPLE = 'ssi_ros identify bags/quiet --window-s 60 --hop-s 10 --json -'
+JUMPS_SHOWN = 10          # jumps of the clock that are printed one by one
 
 
 def add_arguments(parser):
     """Declare the options."""
-    from ssi_ros.cli._options import add_quantities
+    from ssi_ros.cli._options import add_quantities, add_scale, between
     from ssi_ros.identify.settings import Identification, METHODS
     parser.add_argument('bag', type=Path, metavar='BAG', help='folder of the bag, or its .mcap')
     parser.add_argument('--channel', action='append', metavar='TOPIC[:FIELD]',
@@ -27,17 +28,23 @@ def add_arguments(parser):
                         '(free decay), okid (recorded input) (default: ssi_cov)')
     parser.add_argument('--input', action='append', metavar='TOPIC[:FIELD]',
                         help='with okid: a recorded input, repeatable')
-    parser.add_argument('--start-s', type=float, default=0.0,
+    parser.add_argument('--start-s', type=between(0, 1e10), default=0.0,
                         help='leave out what comes before, counted from the first stamp [s] '
                         '(default: 0)')
-    parser.add_argument('--rate-hz', type=float, default=0.0,
+    parser.add_argument('--rate-hz', type=between(0, 1e6), default=0.0,
                         help='sampling rate [Hz] (default: estimated from the stamps)')
-    parser.add_argument('--lateness-s', type=float, default=1.0,
+    parser.add_argument('--lateness-s', type=between(0, 3600), default=1.0,
                         help='how late a sample may come [s] (default: 1)')
     parser.add_argument('--json', metavar='FILE', help='write all windows, - for the terminal')
     parser.add_argument('--plot', type=Path, metavar='FOLDER', help='write the plots there')
-    parser.add_argument('--explain', type=float, metavar='HZ',
+    parser.add_argument('--explain', type=between(0, 1e6), metavar='HZ',
                         help='say what became of the poles near this frequency [Hz]')
+    parser.add_argument('--band', metavar='LOW:HIGH',
+                        help='only the modes between two frequencies [Hz], such as 5:20 or 5:')
+    parser.add_argument('--modes', type=Path, metavar='FILE',
+                        help='write the modes of the last window: .csv, or .uff or .unv, a '
+                        'universal file with data sets 55 (needs pyuff)')
+    add_scale(parser)
     add_quantities(parser, Identification)
 
 
@@ -47,18 +54,23 @@ def run(args):
     import sys
 
     from ssi_ros.bag import parse_channel
+    from ssi_ros.cli._colour import coloured
+    from ssi_ros.cli._modes import check_modes, in_band, parse_band, scaled, write_modes
     from ssi_ros.cli._options import Progress, read_quantities
     from ssi_ros.identify import Identification, Method
     from ssi_ros.identify.modes_json import modes_json
     from ssi_ros.identify.stamped import identify_stamped
 
     settings = read_quantities(args, Identification)
+    band = parse_band(args.band) if args.band else None
+    check_modes(args.modes)
     inputs = [parse_channel(c) for c in args.input or ()]
     method = Method(args.method, tuple(c.name for c in inputs))
     with Progress('reading') as progress:
         channels = [parse_channel(c) for c in args.channel] if args.channel else None
         recording = _read(args.bag, channels, inputs, progress)
-    first_ns = min(int(s[0]) for s in recording.stamps_ns if len(s))
+    recording = scaled(recording, args.scale)
+    first_ns = min((int(s[0]) for s in recording.stamps_ns if len(s)), default=0)
     if args.start_s:
         recording = _begun(recording, args.start_s, first_ns)
     with Progress('identifying') as progress:
@@ -66,6 +78,8 @@ def run(args):
             recording.names, recording.stamps_ns, recording.values, settings,
             arrivals_ns=recording.arrivals_ns, rate_hz=args.rate_hz, lateness_s=args.lateness_s,
             progress=progress, method=method)
+    if band:
+        windows = in_band(windows, *band)
     names = recording.names[:len(recording.names) - len(inputs)]
     if args.json:
         text = json.dumps(modes_json(windows, first_ns), allow_nan=False)
@@ -74,14 +88,18 @@ def run(args):
         else:
             Path(args.json).write_text(text)
     out = sys.stderr if args.json == '-' else sys.stdout
-    print(_summary(windows, grid, recording.names, method, first_ns), file=out)
+    print(coloured(_summary(windows, grid, recording.names, method, first_ns), out), file=out)
+    if args.modes:
+        write_modes(args.modes, windows[-1], names)
     if args.explain is not None:
         from ssi_ros.identify import explain
         print(explain(windows[-1], args.explain), file=out)
     if args.plot:
         from ssi_ros.identify.plots import write_plots
-        for path in write_plots(windows, args.plot, names, recording.stamps_ns[:len(names)],
-                                recording.values[:len(names)], grid.rate_hz):
+        with Progress('drawing'):
+            paths = write_plots(windows, args.plot, names, recording.stamps_ns[:len(names)],
+                                recording.values[:len(names)], grid.rate_hz)
+        for path in paths:
             print(f'wrote {path}', file=out)
     return 0 if any(w.modes for w in windows) else 1
 
@@ -89,7 +107,9 @@ def run(args):
 def _read(path, channels, inputs, progress):
     """Read the channels, all accelerometers where none is named, and the inputs behind them."""
     from ssi_ros.bag import find_channels, open_bag, read_channels
+    from ssi_ros.cli._options import warn
     bag, taken = open_bag(path), {(c.topic, c.field) for c in inputs}
+    warn(bag.warnings)
     channels = find_channels(bag) if channels is None else channels
     channels = [c for c in channels if (c.topic, c.field) not in taken]
     return read_channels(bag, [*channels, *inputs], progress)
@@ -108,6 +128,7 @@ def _begun(recording, start_s, first_ns):
 
 
 def _summary(windows, grid, names, method, first_ns):
+    from ssi_ros.cli._options import count as things
     from ssi_ros.cli._table import mode_table
     lines = []
     for name, count in zip(names, grid.counts):
@@ -115,14 +136,17 @@ def _summary(windows, grid, names, method, first_ns):
                   ('missing', 'late', 'duplicates', 'out_of_order', 'not_finite', 'bad_stamps')}
         if any(faults.values()):
             lines.append(f'{name}: ' + ', '.join(f'{v} {k}' for k, v in faults.items() if v))
-    for old, new in grid.jumps:
+    for old, new in grid.jumps[:JUMPS_SHOWN]:
         lines.append(f'the clock jumped by {(new - old) * 1e-9:+.3f} s at '
                      f'{(old - first_ns) * 1e-9:.1f} s: a new window began there')
+    if len(grid.jumps) > JUMPS_SHOWN:
+        lines.append(f'the clock jumped {len(grid.jumps)} times in all')
     refused = [w for w in windows if not w.modes]
     names = names[:len(names) - len(method.inputs)]
     by = '' if method.name == 'ssi_cov' else f', {method.name}' + (
         f' with the input {", ".join(method.inputs)}' if method.inputs else '')
-    lines.append(f'{len(names)} channels at {grid.rate_hz:g} Hz{by}, {len(windows)} windows, '
+    lines.append(f'{things(len(names), "channel")} at {grid.rate_hz:g} Hz{by}, '
+                 f'{things(len(windows), "window")}, '
                  f'{len(refused)} without modes')
     for w in windows[:-1]:
         if getattr(w, 'splits', ()) or getattr(w, 'merges', ()):

@@ -15,9 +15,10 @@ def run(args):
 
     from ssi_ros.bag import open_bag
     from ssi_ros.bag.summary import as_text, summarise
-    from ssi_ros.cli._options import Progress
+    from ssi_ros.cli._options import Progress, warn
 
     with Progress('reading') as progress:
         summary = summarise(open_bag(args.bag), progress)
+    warn(summary['warnings'])
     print(json.dumps(summary, indent=1) if args.json else as_text(summary))
     return 0 if summary['messages'] else 1

@@ -26,9 +26,13 @@ def run(args):
     """Print the layouts and their gain over the present one."""
     from ssi_ros.cli._options import Progress
     from ssi_ros.model import assemble, load_spacecraft
+    from ssi_ros.model.model_file import is_model_file
     from ssi_ros.model.placement import (
         effective_independence, particle_swarm, present, Scene)
 
+    if is_model_file(args.config):
+        raise ValueError(f'{args.config} has no geometry to place sensors on; give the YAML of a '
+                         'spacecraft')
     craft = load_spacecraft(args.config)
     system = assemble(craft)
     scene = Scene(craft, system, _modes(args.modes))

@@ -1,5 +1,5 @@
 """
-Simulate a spacecraft to a bag, faster than real time and without ROS.
+Simulate a spacecraft, or any structure given by matrices, to a bag, faster than real time.
 
 The samples are those that the simulator node publishes for the same seed. Excitations: `ambient`
 is what the configuration says, `torque` its torque alone, `process` its process noise alone.
@@ -8,23 +8,28 @@ from pathlib import Path
 
 HELP = 'simulate accelerometers to a bag'
 EXAMPLE = 'ssi_ros simulate quiet --duration-s 600 --seed 1'
+COPIES = 4          # of the samples that there are at once
 
 
 def add_arguments(parser):
     """Declare the options."""
+    from ssi_ros.cli._options import between
+    from ssi_ros.cli._outputs import add_overwrite
     from ssi_ros.cli.model import EXCITATIONS
+    add_overwrite(parser)
     parser.add_argument('bag', type=Path, metavar='BAG', help='folder to make')
     parser.add_argument('--duration-s', type=float, default=600.0,
                         help='length of the record [s] (default: 600)')
     parser.add_argument('--seed', type=int, default=1,
                         help='seed of all random numbers (default: 1)')
-    parser.add_argument('--config', metavar='FILE',
-                        help='spacecraft YAML (default: the packaged one)')
+    parser.add_argument('--model', '--config', dest='config', metavar='FILE',
+                        help='spacecraft YAML, or .npz or .mat of any structure (default: the '
+                        'packaged spacecraft)')
     parser.add_argument('--excitation', choices=EXCITATIONS, default='ambient',
                         help='what acts on it (default: ambient)')
     parser.add_argument('--effect', action='append', default=[], metavar='NAME:PARAM=VALUE,...',
                         help='inject an effect of `ssi_ros effects`; may be repeated')
-    parser.add_argument('--rate-hz', type=float,
+    parser.add_argument('--rate-hz', type=between(1e-6, 1e6),
                         help='sampling rate [Hz] (default: the configured one)')
     parser.add_argument('--at-rest', action='store_true',
                         help='start at rest in place of the stationary state')
@@ -40,7 +45,9 @@ def run(args):
     import time
 
     from ssi_ros.bag import write_samples
-    from ssi_ros.cli._options import Progress
+    from ssi_ros.cli._memory import check_memory
+    from ssi_ros.cli._options import count, Progress, say_taken
+    from ssi_ros.cli._outputs import check_room, make_room
     from ssi_ros.cli.model import chosen
     from ssi_ros.effects import inject, load_configuration, parse_effect, simulate_setup
     from ssi_ros.model import assemble, simulate
@@ -48,16 +55,21 @@ def run(args):
     if not (math.isfinite(args.start_s) and 0.0 <= args.start_s < 2 ** 31):
         raise ValueError(f'start_s={args.start_s:g} must be 0 to 2147483647 [s], the range of a '
                          'ROS time')
-    if args.bag.exists():
-        raise ValueError(f'{args.bag} exists; give another name, or remove it first')
+    check_room(args.bag, args.overwrite)
     begin = time.perf_counter()
     spacecraft, effects = load_configuration(args.config)
+    say_taken(args.config)
     effects += tuple(parse_effect(e) for e in args.effect)
+    rate_hz = args.rate_hz or spacecraft.rate_hz
+    check_memory(COPIES * 8.0 * len(assemble(spacecraft).channels) * rate_hz * args.duration_s,
+                 f'{args.duration_s:g} s at {rate_hz:g} Hz')
     how = {'at_rest': args.at_rest, 'start_ns': round(args.start_s * 1e9)}
     with Progress('simulating') as progress:
         if effects:
             spacecraft = replace(spacecraft, rate_hz=args.rate_hz or spacecraft.rate_hz)
-            spacecraft = _with_excitation(spacecraft, args.excitation)
+            if args.excitation != 'ambient':
+                chosen(assemble(spacecraft), args.excitation)       # it is one of its own
+                spacecraft = _with_excitation(spacecraft, args.excitation)
             samples = simulate_setup(inject(spacecraft, effects, args.duration_s), args.seed,
                                      progress=progress, **how)
         else:
@@ -67,11 +79,13 @@ def run(args):
                                **how)
     made = {'command': 'ssi_ros simulate', 'seed': args.seed, 'excitation': args.excitation,
             'config': args.config or 'packaged', 'effects': ' '.join(e.text() for e in effects)}
+    make_room(args.bag)
     with Progress('writing') as progress:
         write_samples(args.bag, samples, extra=made, progress=progress)
     took = time.perf_counter() - begin
-    print(f'{args.bag}: {len(samples.values)} samples of {len(samples.channels)} channels at '
-          f'{samples.rate_hz:g} Hz, {samples.duration_s:g} s in {took:.2f} s '
+    channels = count(len(samples.channels), 'channel')
+    print(f'{args.bag}: {len(samples.values)} samples of {channels} at {samples.rate_hz:g} Hz, '
+          f'{samples.duration_s:g} s in {took:.2f} s '
           f'({samples.duration_s / took:.0f} times real time)')
     return 0
 

@@ -1,1 +1,1 @@
-"""Pages from records: one self-contained HTML file, or the same words as Markdown."""
+"""Pages from records: one self-contained HTML file, or the same text as Markdown."""

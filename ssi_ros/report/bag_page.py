@@ -4,13 +4,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from ssi_ros.gap.settings import DiagnosisSettings
-from ssi_ros.gap.spectra import make_frame
+from ssi_ros.gap.spectra.segmentation import make_frame
 from ssi_ros.identify import Identification, identify
 from ssi_ros.model import assemble
 from ssi_ros.report.before_after import pair
 from ssi_ros.report.curves import density, record_periodograms
-from ssi_ros.report.diagnosis_sections import diagnosis_sections, places_of, summary
-from ssi_ros.report.mode_pictures import (mode_table, shape_table, stabilisation, tracks)
+from ssi_ros.report.diagnosis_sections import diagnosis_sections, summary
+from ssi_ros.report.mode_pictures import mode_table, shape_table, stabilisation, tracks
+from ssi_ros.report.mode_words import modes_sentence
 from ssi_ros.report.page import page
 from ssi_ros.report.parts import percent, Section, Table
 from ssi_ros.report.record_pictures import histories, spectra
@@ -43,7 +44,7 @@ def windows_of(samples, window_s=0.0, hop_s=0.0):
         hop_s = hop_s or max(int(100 * samples.duration_s * (1 - SHARE) / WINDOWS) / 100, 0.01)
         window_s = hop_s * max(1, int(samples.duration_s * SHARE / hop_s))
     elif not hop_s:
-        # a whole part of the window, near the one that makes WINDOWS of the record
+        # a whole fraction of the window, near the one that makes WINDOWS of the record
         wanted_s = max(samples.duration_s - window_s, window_s) / WINDOWS
         hop_s = window_s / max(1, round(window_s / wanted_s))
     return identify(samples, Identification(window_s=window_s, hop_s=hop_s))
@@ -64,7 +65,7 @@ def bag_page(name, samples, windows, *, facts=(), judged=None):
     facts : sequence of (str, str)
         What else to say of the bag.
     judged : Judged, optional
-        With it spectra, modes and shapes are held against a model.
+        With it spectra, modes and shapes are compared with a model.
 
     Returns
     -------
@@ -78,22 +79,24 @@ def bag_page(name, samples, windows, *, facts=(), judged=None):
     sections = [_recorded(samples, facts), *_spectra(samples, judged),
                 _modes(samples, last, pairs)]
     if judged is not None:
-        sections.append(Section('What do the modes look like?', (), (), (
-            shapes_picture(judged.spacecraft, system, pairs), *_shapes(last, samples))))
+        drawn = (shapes_picture(judged.spacecraft, system, pairs),
+                 ) if judged.spacecraft.arrays else ()
+        sections.append(Section('Which shapes have the modes?', (), (), (
+            *drawn, *_shapes(last, samples))))
     elif last.modes:
         sections.append(Section(
-            'What do the modes look like?', (
+            'Which shapes have the modes?', (
                 'Without --model there is no spacecraft to draw them on.',), (),
             _shapes(last, samples)))
     if any(w.modes for w in windows):
         sections.append(Section('Do they stay?', _length(windows), (), (
             tracks(windows, 'frequency'), tracks(windows, 'damping'))))
-    text = ''
+    text = modes_sentence(windows)
     if judged is not None and judged.diagnosis is not None:
         found = judged.diagnosis.to_json()
-        text = summary(found)
-        sections += diagnosis_sections(found, judged.view, places=places_of(judged.diagnosis),
-                                       bag=name, nominal=f'--model {judged.model}')
+        text += ' ' + summary(found)
+        sections += diagnosis_sections(found, judged.view, bag=name,
+                                       nominal=f'--model {judged.model}')
     return page(f'Report of {name}', text, sections)
 
 
@@ -148,5 +151,6 @@ def _shapes(last, samples):
 
 
 def _length(windows):
-    return (f'{len(windows)} windows of {(windows[0].end_ns - windows[0].start_ns) * 1e-9:g} s. '
+    return (modes_sentence(windows),
+            f'{len(windows)} windows of {(windows[0].end_ns - windows[0].start_ns) * 1e-9:g} s. '
             'Windows that overlap share their samples: neighbouring points are not independent.',)

@@ -3,7 +3,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ssi_ros.gap.spectra import spectra
+from ssi_ros.gap.spectra.segmentation import spectra
 
 STEPS = 40              # of the levels; each gains, the last ones nothing
 
@@ -16,14 +16,14 @@ class Curves:
     Attributes
     ----------
     expected : ndarray, shape (k, l, l)
-        Expected periodograms at the fitted levels, the mean over the pieces.
+        Expected periodograms at the fitted levels, the mean over the segments.
     levels : dict of str to float
         Fitted power of each part of the excitation and of the noise over its nominal one.
     whitened : ndarray, shape (p, k)
-        Power of every piece and bin over what the model expects, the mean of the channels;
+        Power of every segment and bin over what the model expects, the mean of the channels;
         1 where the model is right.
     own : ndarray, shape (k, l)
-        The same for each channel alone, the mean of the pieces.
+        The same for each channel alone, the mean of the segments.
 
     """
 
@@ -34,19 +34,19 @@ class Curves:
 
 
 def record_periodograms(samples, frame):
-    """Return Y Y^H of every piece, shape (p, k, l, l), and its spectra Y, shape (p, k, l)."""
+    """Return Y Y^H of every segment, shape (p, k, l, l), and its spectra Y, shape (p, k, l)."""
     y = spectra(samples, frame)
     return y[..., :, None] * y[..., None, :].conj(), y
 
 
 def curves(expected, samples, frame):
     """
-    Hold a model against a record, the levels of its excitation and noise fitted.
+    Compare a model with a record, the levels of its excitation and noise fitted.
 
     Parameters
     ----------
     expected : Expected
-        Of `gap.expected`.
+        Of `gap.spectra.expected_periodogram`.
     samples : Samples
         The record.
     frame : Frame
@@ -57,8 +57,8 @@ def curves(expected, samples, frame):
     Curves
 
     """
-    seen, y = record_periodograms(samples, frame)
-    mean = seen.mean(axis=0)
+    periodograms, y = record_periodograms(samples, frame)
+    mean = periodograms.mean(axis=0)
     shares = [np.broadcast_to(s.mean(axis=0), mean.shape) for s in expected.shares]
     fixed = expected.fixed.mean(axis=0)
     levels = np.ones(len(shares))

@@ -1,6 +1,6 @@
 """A diagnosis as one HTML page, or as Markdown."""
 from ssi_ros.gap.settings import DiagnosisSettings
-from ssi_ros.report.diagnosis_sections import diagnosis_sections, places_of, summary
+from ssi_ros.report.diagnosis_sections import diagnosis_sections, summary
 from ssi_ros.report.gap_view import gap_view
 from ssi_ros.report.markdown import markdown
 from ssi_ros.report.page import page
@@ -26,14 +26,14 @@ def diagnosis_page(diagnosis, view=None, *, bag='BAG', nominal='--model MODEL.ya
     """
     found = diagnosis.to_json()
     return page(f'Diagnosis of {bag}', summary(found), diagnosis_sections(
-        found, view, places=places_of(diagnosis), bag=bag, nominal=nominal))
+        found, view, bag=bag, nominal=nominal))
 
 
 def diagnosis_markdown(diagnosis, view=None, *, bag='BAG', nominal='--model MODEL.yaml'):
     """Return the same as Markdown, without the pictures."""
     found = diagnosis.to_json()
     return markdown(f'Diagnosis of {bag}', summary(found), diagnosis_sections(
-        found, view, places=places_of(diagnosis), bag=bag, nominal=nominal))
+        found, view, bag=bag, nominal=nominal))
 
 
 def view_of(diagnosis, spacecraft, samples, settings=DiagnosisSettings(), present=()):

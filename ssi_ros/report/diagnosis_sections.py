@@ -1,8 +1,10 @@
 """A diagnosis as sections, in the order of an engineer's questions."""
-from ssi_ros.report.gap_pictures import (before_after_tables, candidate_name, candidate_pictures,
-                                         maps, where_pictures)
+from ssi_ros.gap.diagnosis import p_value_text, probability_text
+from ssi_ros.report.gap_pictures import (
+    before_after_tables, candidate_name, candidate_pictures, maps, where_pictures)
 from ssi_ros.report.parts import measured, number, percent, Section, Table
 from ssi_ros.report.record_pictures import spectra
+from ssi_ros.report.wording import compact, headline, interval, listed, quantities, removed
 
 OUTCOMES = {
     'WITHIN_FLOOR': 'No gap',
@@ -13,14 +15,15 @@ OUTCOMES = {
 OPEN = ('unknown', 'none')
 MEANING = {'unknown': 'something that is not in the library',
            'none': 'no effect at all: the gap is chance'}
+SHOWN = 0.005           # probability from which a candidate is named beside the first
 
 
 def summary(found):
     """Return the answer in one sentence; `found` is the JSON of a Diagnosis."""
-    return f'{found["outcome"]}. {OUTCOMES.get(found["outcome"], "")}: {found["reason"]}.'
+    return f'{found["outcome"]}. {OUTCOMES.get(found["outcome"], "")}: {headline(found)}.'
 
 
-def diagnosis_sections(found, view=None, *, places=None, bag='BAG', nominal='--model MODEL.yaml'):
+def diagnosis_sections(found, view=None, *, bag='BAG', nominal='--model MODEL.yaml'):
     """
     Return the sections of a diagnosis.
 
@@ -29,9 +32,7 @@ def diagnosis_sections(found, view=None, *, places=None, bag='BAG', nominal='--m
     found : dict
         `Diagnosis.to_json()`; lists may be empty and numbers None, as with a reference record.
     view : GapView, optional
-        Curves to draw; without it words, tables and bars remain.
-    places : sequence of str, optional
-        For every candidate the words of its effects, such as 'channel e1_a'.
+        Curves to draw; without it text, tables and bars remain.
     bag, nominal : str
         For the commands of the last section; `nominal` is '--model FILE' or '--reference BAG'.
 
@@ -41,14 +42,13 @@ def diagnosis_sections(found, view=None, *, places=None, bag='BAG', nominal='--m
 
     """
     candidates = [c for c in found['candidates'] if c['effects'] and not (
-        c['effects'][0] == 'none' and (c['probability'] or 0.0) < 1e-3)]
-    places = list(places or []) + [''] * len(found['candidates'])
+        c['effects'][0] == 'none' and (c['probability'] or 0.0) < SHOWN)]
     quiet = found['outcome'] in ('WITHIN_FLOOR', 'TOO_LITTLE_DATA')
     made = [_is_there(found)]
     if found['outcome'] != 'TOO_LITTLE_DATA':
         made.append(_where(found, view, quiet))
     if not quiet:
-        made += [_which(found, candidates, places), _how_sure(found, candidates),
+        made += [_which(found, candidates), _how_sure(found, candidates),
                  _what_else(found, candidates)]
     if found['outcome'] != 'TOO_LITTLE_DATA':
         made.append(_how_far(found, candidates, view, quiet))
@@ -56,47 +56,44 @@ def diagnosis_sections(found, view=None, *, places=None, bag='BAG', nominal='--m
     return tuple(made)
 
 
-def places_of(diagnosis):
-    """Return the words of every candidate's effects: channel, array, source."""
-    return [', '.join(f'{k} {getattr(e, k)}' for e in getattr(c, 'built', ())
-                      for k in ('channel', 'array', 'source')
-                      if isinstance(getattr(e, k, None), str))
-            for c in diagnosis.candidates]
-
-
 def _is_there(found):
     gap = found['gap']
-    lines = [OUTCOMES.get(found['outcome'], found['outcome']) + ': ' + found['reason'] + '.']
-    if found.get('signs'):
-        lines.append('Signs, seen before any fit; a mode that has moved can look like a line: '
-                     + '; '.join(found['signs']) + '.')
+    lines = [f'{OUTCOMES.get(found["outcome"], found["outcome"])}: {found["reason"]}.']
+    lost = found.get('missing', {}).get('text')
+    lines += [f'{lost[0].upper()}{lost[1:]}.'] if lost else []
+    lines += [f'Detected: {s.rstrip(".")}.' for s in found.get('signs', ())]
     if gap.get('before') is None:
         return Section('Is there a gap?', tuple(lines))
     above = (gap['before'] - gap['floor']) / gap['floor_std'] if gap.get('floor_std') else None
-    table = Table(('gap [nats a band]', 'floor of a right model', 'above it', 'chance of this'),
+    table = Table(('gap [nats a band]', 'floor of a right model', 'above the floor', 'p-value'),
                   ((number(gap['before'], 4),
                     f'{number(gap["floor"], 4)} ± {number(gap["floor_std"], 2)}',
-                    f'{number(above)} sd', _chance(gap.get('p_value'))),))
+                    f'{number(above)} standard deviations', _p_value(gap.get('p_value'))),))
     return Section('Is there a gap?', tuple(lines), (table,))
 
 
-def _chance(p):
-    return 'below 1e-15' if p is not None and p < 1e-15 else number(p, 2)
+def _p_value(p):
+    return '-' if p is None else p_value_text(p)
+
+
+def _probability(candidate):
+    probability = candidate['probability']
+    return '-' if probability is None else probability_text(probability)
 
 
 def _where(found, view, quiet):
-    lines = ('Shares of what is above the floor; chance alone has shares too, so read them with '
-             'the answer above.',) if quiet else ()
+    lines = ('Shares of the gap above its floor. Chance alone has such shares, too: here they '
+             'point at nothing.',) if quiet else ()
     pictures, tables = where_pictures(found['where']), (_leading(found['where']),)
     if view is not None:
         pictures += tuple(p for p in maps(view) if p.name.endswith('before'))
     if not pictures:
-        lines += ('Nothing is above the floor anywhere.',)
+        lines += ('No frequency band is above the floor.',)
     return Section('Where is it?', lines, tables if tables[0].rows else (), pictures)
 
 
 def _leading(where):
-    """Return the largest shares of each kind as a table, for readers of words."""
+    """Return the largest shares of each kind as a table."""
     names = {'sensors': lambda e: e['name'],
              'bands': lambda e: f'{e["low_hz"]:.3g} to {e["high_hz"]:.3g} Hz',
              'modes': lambda e: f'{e["frequency_hz"]:.3f} Hz {e["name"]}',
@@ -112,39 +109,42 @@ def _best(shares):
     return [f'{n}: {percent(s)}' for s, n in best] + [''] * (3 - len(best))
 
 
-def _which(found, candidates, places):
+def _which(found, candidates):
     verdict = found['verdict']
-    named = ' + '.join(verdict['effects']) or 'none of the library'
-    lines = (f'Best: {named}, with probability {percent(verdict["probability"], 1)}.',)
+    named = ' + '.join(verdict['effects']) or 'none of these'
+    lines = (f'The most probable effect is {named}, probability {_probability(verdict)}.',)
     rows = []
-    for c, place in zip(candidates, places):
-        values = ', '.join(f'{k.split(".")[-1]} {measured(v["value"], v["unit"])}'
-                           for k, v in _numbers(c))
-        rows.append((candidate_name(c), percent(c['probability'], 1),
-                     '; '.join(filter(None, (place, values))) or MEANING.get(c['effects'][0], ''),
-                     f'{percent(c["closed"])} ({percent(c["closed_low90"])} to '
-                     f'{percent(c["closed_high90"])})' if c['effects'][0] not in OPEN else '-',
-                     ('yes' if c['inside_floor'] else 'no') if c['effects'][0] not in OPEN
-                     else '-'))
-    heads = ('candidate', 'probability', 'at', 'closes (90 % interval)',
-             'gap then inside its floor')
-    table = Table(heads, tuple(rows), 'Best first')
+    for c in candidates:
+        known = c['effects'][0] not in OPEN
+        rows.append((
+            candidate_name(c), _probability(c),
+            '; '.join(filter(None, (_at(c, n) for n in c['effects'])))
+            or MEANING.get(c['effects'][0], ''),
+            f'{percent(c["closed"])} ({interval(c)})'
+            if known and c['closed'] is not None else '-',
+            ('yes' if c['inside_floor'] else 'no') if known else '-'))
+    heads = ('candidate', 'probability', 'at', 'removes of the gap (90 % interval)',
+             'residual gap inside its floor')
+    table = Table(heads, tuple(rows), 'Best first; a share of more than 100 % is noise')
     return Section('Which effect is it?', lines, (table,), candidate_pictures(candidates))
 
 
-def _numbers(candidate):
-    """Return the parameters that are numbers; channels and arrays are told as places."""
-    return [(k, v) for k, v in candidate['parameters'].items() if not isinstance(v['value'], str)]
+def _at(candidate, effect):
+    """Return places and sizes of one effect of a candidate, 'array E1, scale 1.02 +- 0.01'."""
+    places, numbers = quantities(candidate, effect)
+    return ', '.join(places + [f'{name} {size}' for name, size in compact(numbers)])
 
 
 def _how_sure(found, candidates):
     verdict, best = found['verdict'], candidates[0] if candidates else None
-    lines = [f'Probability {percent(verdict["probability"], 1)} for '
-             + (' or '.join(verdict['class']) or 'no effect of the library') + '.']
+    lines = [f'The probability of {listed(verdict["class"]) or "none of these effects"} is '
+             f'{_probability(verdict)}.']
     rows = [(k, measured(v['value'], v['unit'], 6), number(v['std'], 2),
-             f'{number(v["low90"], 6)} to {number(v["high90"], 6)}')
-            for k, v in (_numbers(best) if best else ())]
-    table = Table(('parameter', 'value', '± 1 sd', '90 % interval'), tuple(rows))
+             f'{number(v["low90"], 6)} to {number(v["high90"], 6)}'
+             if v['low90'] is not None else '-')
+            for name in (best['effects'] if best else ())
+            for k, v in quantities(best, name)[1]]
+    table = Table(('parameter', 'value', '± 1 standard deviation', '90 % interval'), tuple(rows))
     return Section('How sure is that?', tuple(lines), (table,) if rows else ())
 
 
@@ -152,16 +152,16 @@ def _what_else(found, candidates):
     alike = [n for n in found['verdict']['class'] if n not in found['verdict']['effects']]
     lines = []
     if alike:
-        lines.append('This record cannot tell it from: ' + ', '.join(alike) + '.')
-    rest = [c for c in candidates[1:] if (c['probability'] or 0.0) >= 5e-4]
-    for c in rest:
-        lines.append(f'{candidate_name(c)}: {percent(c["probability"], 1)}'
-                     + (f' ({MEANING[c["effects"][0]]})' if c['effects'][0] in MEANING else '')
-                     + '.')
+        lines.append(f'This record does not distinguish it from {listed(alike)}.')
+    for c in candidates[1:]:
+        if (c['probability'] or 0.0) >= SHOWN:
+            meaning = MEANING.get(c['effects'][0])
+            lines.append(f'{candidate_name(c)}: probability {_probability(c)}'
+                         + (f' ({meaning})' if meaning else '') + '.')
     if not lines:
-        lines.append('Nothing else of the library has a probability of 0.05 % or more.')
+        lines.append('No other effect of the library has a probability of 0.01 or more.')
     if found['separate_by']:
-        lines.append('What would part them: ' + '; '.join(found['separate_by']) + '.')
+        lines.append(f'What would distinguish them: {"; ".join(found["separate_by"])}.')
     return Section('What else could it be?', tuple(lines))
 
 
@@ -169,19 +169,20 @@ def _how_far(found, candidates, view, quiet):
     lines, tables, pictures = [], (), ()
     best = candidates[0] if candidates else None
     if quiet or best is None or best['effects'][0] in OPEN:
-        lines.append('No effect is to be put in; the curves show record and model.')
+        lines.append('There is no effect to correct; the curves show the record and what is '
+                     'expected of it.')
     else:
+        share, which = removed(best), candidate_name(best)
+        where = 'inside' if best['inside_floor'] else 'above'
         lines.append(
-            f'With {candidate_name(best)} in the simulator {percent(best["closed"])} of the gap '
-            f'is gone ({percent(best["closed_low90"])} to {percent(best["closed_high90"])}, 90 % '
-            'interval), measured on data that the fit did not see; what is left is '
-            + ('inside' if best['inside_floor'] else 'still above') + ' the floor.')
-        controls = [(('no effect at all' if c['effects'] == ['none'] else
-                      f'one drawn at random ({candidate_name(c)})'), percent(c['closed']))
+            (f'Correcting {which} {share}, 90 % interval {interval(best)}, measured on segments '
+             'that the fit did not use; ' if share else 'The gap of the spectra is too small to '
+             f'say how much of it {which} removes; ') + f'the residual gap is {where} its floor.')
+        controls = [('no effect at all' if c['effects'] == ['none'] else
+                     f'an effect drawn at random ({candidate_name(c)})') + f' {removed(c)}'
                     for c in found.get('controls', ()) if c['closed'] is not None]
         if controls:
-            lines.append('For comparison, tried in the same way: ' + '; '.join(
-                f'{name} closes {share}' for name, share in controls) + '.')
+            lines.append(f'For comparison, measured in the same way: {"; ".join(controls)}.')
     if view is not None:
         after = view.after.expected if view.after is not None else None
         pictures = (spectra(view.channels, view.frame, view.record, view.before.expected, after,
@@ -195,31 +196,31 @@ def _next(found, bag, nominal):
     outcome, model = found['outcome'], not nominal.startswith('--reference')
     apply = f'ssi_ros diagnose {bag} {nominal} --apply corrected.yaml'
     commands = (apply,) if model else ()
-    seen = f'ssi_ros identifiability {nominal}'
+    ahead = f'ssi_ros identifiability {nominal}'
     if outcome == 'WITHIN_FLOOR':
         lines = ('Nothing has to be done.',)
         if model:
-            lines += ('What this record could have shown, and what not:',)
-            commands = (seen,)
+            lines += ('Which effects such a record shows, and from which size on:',)
+            commands = (ahead,)
     elif outcome == 'EXPLAINED' and model:
-        lines = ('Put the effect into the simulator and see that the gap is gone:',)
+        lines = ('Put the effect into the simulator and check that the gap is gone:',)
         commands = (apply, f'ssi_ros diagnose {bag} --model corrected.yaml')
     elif outcome == 'EXPLAINED':
-        lines = ('Look for the cause where the gap lies. With a model in place of a reference '
+        lines = ('Search the cause where the gap lies. With a model in place of a reference '
                  'the effect could be put into the simulator and tried:',)
         commands = (f'ssi_ros diagnose {bag} --model MODEL.yaml',)
     elif outcome == 'TIED':
-        lines = ('Do not choose by taste: all of them would leave the same record. To part them: '
-                 + ('; '.join(found['separate_by']) or 'a longer record') + '.',)
+        lines = ('All effects of the tie would leave the same record. What would distinguish '
+                 f'them: {"; ".join(found["separate_by"]) or "a longer record"}.',)
         if model:
             lines += ('Any of them may stand in the simulator meanwhile:',)
     elif outcome == 'UNEXPLAINED':
-        lines = ('Take the nearest effect as a hint, not as an answer: look at the maps above '
-                 'for where the rest lies. If you know a mechanism that the library lacks, add '
-                 'it: one small file, see “Add an effect” in the documentation.',)
+        lines = ('The nearest effect is a hint, not an answer: the maps above show where the '
+                 'residual lies. If you know a mechanism that the library lacks, add it: one '
+                 'small file, see “Add an effect” in the documentation.',)
         commands = ('ssi_ros effects',)
     else:
-        lines = (found['reason'] + '. Record longer'
+        lines = (f'{found["reason"]}. Record longer'
                  + (', and ask beforehand what a length shows:' if model else '.'),)
-        commands = (f'{seen} --duration-s 600',) if model else ()
+        commands = (f'{ahead} --duration-s 600',) if model else ()
     return Section('What to do next?', lines, (), (), commands)

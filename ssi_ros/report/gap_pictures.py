@@ -1,15 +1,16 @@
 """Pictures and tables of a gap: shares, maps, candidates, before and after."""
 import numpy as np
 
+from ssi_ros.gap.diagnosis import probability_text
 from ssi_ros.report.curves import banded
 from ssi_ros.report.parts import number, percent, Picture, Table
 from ssi_ros.report.style import bars, heat
 
 BANDS = 60              # of a map over frequency
 LIMIT = 6.0             # standard deviations at which the colours of a map end
-SIGN = 3.0              # standard deviations from which a field of a map shows its sign
+MARKED = 3.0            # standard deviations from which a field of a map is marked + or −
 MOST = 8                # bars of a list
-MAP_PX = 620            # least width of a map whose signs can be read
+MAP_PX = 620            # least width of a map whose marks can be read
 
 
 def shares(entries, names, name, title, caption):
@@ -23,7 +24,7 @@ def shares(entries, names, name, title, caption):
 
 
 def where_pictures(where):
-    """Draw the shares of sites, sensors, bands, modes and times of a diagnosis."""
+    """Draw the shares of sites, sensors, bands, modes and times, of `to_json()['where']`."""
     site = [{'share': v} for v in where['site'].values()]
     modes = sorted(where['modes'], key=lambda m: -(m['share'] or 0.0))[:MOST]
     made = [
@@ -31,15 +32,17 @@ def where_pictures(where):
                'Where the likely causes act.'),
         shares(where['sensors'], [s['name'] for s in where['sensors']], 'sensors',
                'Share by sensor', 'A channel that alone disagrees points at itself or its array.'),
-        shares(where['bands'], [f'{b["low_hz"]:.3g} to {b["high_hz"]:.3g} Hz'
-                                for b in where['bands']], 'bands', 'Share by frequency band',
+        shares(where['bands'],
+               [f'{b["low_hz"]:.3g} to {b["high_hz"]:.3g} Hz' for b in where['bands']],
+               'bands', 'Share by frequency band',
                'Which part of the spectrum disagrees.'),
         shares(modes, [f'{m["frequency_hz"]:.3f} Hz {m["name"]}' for m in modes], 'modes',
-               'Share by mode of the model',
+               'Share by mode',
                'Modes closer than the resolution share what is between them, so the shares can '
                'add up to more than 100 %.'),
-        shares(where['times'], [f'{t["start_s"]:.0f} to {t["end_s"]:.0f} s'
-                                for t in where['times']], 'times', 'Share by time',
+        shares(where['times'],
+               [f'{t["start_s"]:.0f} to {t["end_s"]:.0f} s' for t in where['times']],
+               'times', 'Share by time',
                'Even shares: the gap was there all the time.')]
     return tuple(p for p in made if p)
 
@@ -50,7 +53,7 @@ def maps(view):
     for when, curves in (('before', view.before), ('after', view.after)):
         if curves is None:
             continue
-        words = f'the {view.nominal}' if when == 'before' else 'the model with the effect'
+        words = f'the {view.nominal}' if when == 'before' else f'the {view.better}'
         made += [_sensor_map(view, curves, when, words), _time_map(view, curves, when, words)]
     return tuple(made)
 
@@ -64,32 +67,31 @@ def _sensor_map(view, curves, when, words):
     count, f = _bands(view)
     bins = len(view.frame.frequencies_hz) / count
     # a mean of n exponential variables has the standard deviation 1 / sqrt n
-    std = view.blur * np.sqrt(view.frame.crowding / (bins * view.frame.pieces))
+    std = view.blur * np.sqrt(view.frame.inflation / (bins * view.frame.segments))
     z = (banded(curves.own, count, 0) - 1.0).T / std
     return Picture(f'map_sensor_{when}', heat(
         np.round(z, 2).astype(np.float32), f, view.channels, f'Sensors over frequency: {words}',
-        x_title='frequency [Hz]', unit='sd', limit=LIMIT, texts=_signs(z)),
+        x_title='frequency [Hz]', unit='sd', limit=LIMIT, texts=_marks(z)),
         'Recorded power over the expected one, in standard deviations of chance: + (purple) is '
-        f'too much, − (orange) too little, marked beyond {SIGN:g}. A right model leaves a field '
+        f'too much, − (orange) too little, marked beyond {MARKED:g}. A right model leaves a field '
         'without a pattern.', least_px=MAP_PX)
 
 
-def _signs(z):
-    """Return the sign of what stands out, which the two dark ends of a scale do not tell."""
-    return np.where(z > SIGN, '+', np.where(z < -SIGN, '−', '')).tolist()
+def _marks(z):
+    """Return + or − where a field stands out: both ends of the scale of colours are dark."""
+    return np.where(z > MARKED, '+', np.where(z < -MARKED, '−', '')).tolist()
 
 
 def _time_map(view, curves, when, words):
     count, f = _bands(view)
     bins = len(view.frame.frequencies_hz) / count
-    std = np.sqrt(view.frame.crowding / (bins * len(view.channels)))
+    std = np.sqrt(view.frame.inflation / (bins * len(view.channels)))
     z = (banded(curves.whitened, count, 1) - 1.0) / std
-    span = view.frame.rows / view.frame.rate_hz
     return Picture(f'map_time_{when}', heat(
         np.round(z, 2).astype(np.float32), f,
-        [f'{p * span:.0f} s' for p in range(len(z))], f'Time over frequency: {words}',
-        x_title='frequency [Hz]', unit='sd', limit=LIMIT, texts=_signs(z)),
-        'The same over the pieces of the record, all channels whitened together: a column is a '
+        [f'{begin:.0f} s' for begin in view.frame.begins_s], f'Time over frequency: {words}',
+        x_title='frequency [Hz]', unit='sd', limit=LIMIT, texts=_marks(z)),
+        'The same over the segments of the record, all channels whitened together: a column is a '
         'lasting difference, a row an event.', least_px=MAP_PX)
 
 
@@ -98,23 +100,31 @@ def candidate_name(candidate):
     return ' + '.join(candidate['effects'])
 
 
+def _distinct(names):
+    """Return names with a number where one comes again: bars of one name would be one bar."""
+    return [n if n not in names[:i] else f'{n} ({names[:i].count(n) + 1})'
+            for i, n in enumerate(names)]
+
+
 def candidate_pictures(candidates):
-    """Draw the probability of every candidate, and the share of the gap that it closes."""
-    names = [candidate_name(c) for c in candidates]
+    """Draw the probability of every candidate, and the share of the gap that it removes."""
+    names = _distinct([candidate_name(c) for c in candidates])
     probability = [c['probability'] or 0.0 for c in candidates]
-    made = [Picture('probability', bars(names, probability, [percent(p, 1) for p in probability],
-                                        'Probability'),
-                    'All candidates with “unknown” and “none” add up to 100 %.', half=True)]
+    made = [Picture('probability', bars(names, probability, map(probability_text, probability),
+                                        'Probability', ticks='.1f'),
+                    'All candidates, with “unknown” and “none”, add up to 1.', half=True)]
     tried = [c for c in candidates if c['closed'] is not None and c['effects'][0] not in
              ('unknown', 'none')]
     if tried:
         def of(key):
             return [c[key] if c[key] is not None else c['closed'] for c in tried]
         made.append(Picture('closed', bars(
-            [candidate_name(c) for c in tried], of('closed'), map(percent, of('closed')),
-            'Share of the gap that is gone', low=of('closed_low90'), high=of('closed_high90')),
-            'Measured on pieces of the record that the fit did not see, with the 90 % interval: '
-            '100 % is a gap at its floor. A wrong effect stays well below.', half=True))
+            _distinct([candidate_name(c) for c in tried]), of('closed'),
+            map(percent, of('closed')),
+            'Share of the gap that is removed', low=of('closed_low90'), high=of('closed_high90')),
+            'Measured on segments that the fit did not use, with the 90 % interval: at 100 % the '
+            'residual gap is at its floor, what exceeds it is noise. A wrong effect stays far '
+            'below.', half=True))
     return tuple(made)
 
 
@@ -133,13 +143,13 @@ def before_after_tables(view):
     heads = ['identified [Hz]', '± [Hz]', f'{view.nominal} off [%]', 'damping off [%]', 'MAC']
     levels = ['channel', 'recorded', view.nominal]
     if view.after is not None:
-        heads += ['with effect off [%]', 'damping off [%]', 'MAC']
-        levels.append('model with the effect')
+        heads += [f'{view.better} off [%]', 'damping off [%]', 'MAC']
+        levels.append(view.better)
     power = [(name, *(f'{1e3 * r[i]:#.4g}' for r in view.rms))
              for i, name in enumerate(view.channels)]
     return (Table(tuple(heads), tuple(rows),
                   f'Off: the {view.nominal} less what was identified, over what was identified. '
-                  'MAC: likeness of the two shapes, 1 = the same'),
+                  'MAC: modal assurance criterion of the two shapes, 1 = the same'),
             Table(tuple(levels), tuple(power),
                   'Rms of each channel in the band used [mm/s²], levels fitted'))
 

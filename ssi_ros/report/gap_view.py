@@ -5,9 +5,10 @@ import numpy as np
 
 from ssi_ros.effects import inject
 from ssi_ros.gap.check import match
-from ssi_ros.gap.expected import expected
 from ssi_ros.gap.settings import DiagnosisSettings
-from ssi_ros.gap.spectra import make_frame
+from ssi_ros.gap.spectra.expected_periodogram import expected
+from ssi_ros.gap.spectra.segmentation import frame_of, make_frame
+from ssi_ros.model.channels import of_channels
 from ssi_ros.report.before_after import identify_whole, match_modes, pair, rms
 from ssi_ros.report.curves import Curves, curves, record_periodograms
 
@@ -36,9 +37,11 @@ class GapView:
     rms : tuple of ndarray, shape (l,), [m/s^2]
         Recorded, model, model with the effect, in the bins used.
     nominal : str
-        What the record is held against: 'model' or 'reference'.
+        What the record is compared with: 'model' or 'reference'.
     blur : float
-        How much wider chance is because the nominal is itself a record, 1 for a model.
+        How much wider the scatter is because the nominal is itself a record, 1 for a model.
+    better : str
+        What `after` is of.
 
     """
 
@@ -53,6 +56,7 @@ class GapView:
     rms: tuple
     nominal: str = 'model'
     blur: float = 1.0
+    better: str = 'model with the effect'
 
 
 def gap_view(spacecraft, samples, built=(), *, settings=DiagnosisSettings(), present=()):
@@ -68,7 +72,7 @@ def gap_view(spacecraft, samples, built=(), *, settings=DiagnosisSettings(), pre
     built : tuple of Effect
         The leading effects at their fitted values; empty for none.
     settings : DiagnosisSettings
-        Pieces and band, as the diagnosis used them.
+        Segments and band, as the diagnosis used them.
     present : tuple of Effect
         Effects that the nominal model already has.
 
@@ -82,9 +86,9 @@ def gap_view(spacecraft, samples, built=(), *, settings=DiagnosisSettings(), pre
         If record and model do not fit each other, or the record is too short.
 
     """
-    samples = match(spacecraft, samples)
-    there = ~np.isnan(samples.values).any(axis=1)
-    frame = make_frame(len(samples.values), samples.rate_hz, settings, there)
+    spacecraft, samples, _ = match(spacecraft, samples)
+    present = of_channels(present, samples.channels)
+    frame = frame_of(samples, settings)
     record = record_periodograms(samples, frame)[0].mean(axis=0)
     setups = [inject(spacecraft, present, samples.duration_s)]
     if built:
@@ -110,7 +114,7 @@ def reference_view(reference, samples, settings=DiagnosisSettings()):
     reference, samples : Samples
         Of the same channels, in the same order, at the same rate.
     settings : DiagnosisSettings
-        Pieces and band; the shorter of the two records decides the pieces.
+        Segments and band; the shorter record decides the segments.
 
     Returns
     -------
@@ -138,14 +142,14 @@ def reference_view(reference, samples, settings=DiagnosisSettings()):
     level = float(np.median(power[0] / np.maximum(power[1], 1e-300)))
     below = np.maximum(_smooth(level * power[1]), 1e-300)
     own = _smooth(power[0]) / below
-    pieces = np.stack([_smooth(np.einsum('kii->ki', p).real) for p in each])
-    curve = Curves(level * nominal, {'level': level}, (pieces / below).mean(axis=2), own)
+    segments = np.stack([_smooth(np.einsum('kii->ki', p).real) for p in each])
+    curve = Curves(level * nominal, {'level': level}, (segments / below).mean(axis=2), own)
     windows = [identify_whole(s) for s in (samples, reference)]
     return GapView(
         samples.channels, frames[0], record, curve, None, windows[0],
         match_modes(windows[0].modes, windows[1].modes), None,
         tuple(rms(p, frames[0]) for p in (record, curve.expected)), 'reference',
-        float(np.sqrt(1 + frames[0].pieces / frames[1].pieces)))
+        float(np.sqrt(1 + frames[0].segments / frames[1].segments)))
 
 
 def _smooth(power):

@@ -4,10 +4,11 @@ import math
 import numpy as np
 
 from ssi_ros.identify.shapes import upright
+from ssi_ros.quantity import fixed, with_spread
 from ssi_ros.report.parts import Picture, Table
 from ssi_ros.report.style import figure, grid, heat, INK
 
-PANELS = 24             # of tracks; the identities seen most often
+PANELS = 24             # of tracks; the identities found most often
 KINDS = (               # (words of a pole's reason, legend, marker, colour)
     ('only from order', 'beyond the significant orders', 'triangle-up-open', '#b8860b'),
     ('orders;', 'not in enough orders', 'x-thin-open', '#8c8c8c'),
@@ -23,24 +24,20 @@ def mode_table(window, pairs=None):
     heads += ['model [Hz]', 'off [%]', 'model damping [%]', 'MAC'] if pairs is not None else []
     rows = []
     for i, m in enumerate(window.modes):
-        row = [m.identity, m.label, spread(m.frequency_hz, m.frequency_std_hz, 4),
-               spread(100 * m.damping_ratio, 100 * m.damping_ratio_std, 2)]
+        row = [m.identity, m.label, with_spread(m.frequency_hz, m.frequency_std_hz, 4, '±'),
+               with_spread(100 * m.damping_ratio, 100 * m.damping_ratio_std, 2, '±')]
         if pairs is not None:
             p = pairs[i]
             row += ['-'] * 4 if p is None else [
-                f'{p.frequency_hz:.4f}', f'{100 * (m.frequency_hz / p.frequency_hz - 1):+.3f}',
+                f'{p.frequency_hz:.4f}',
+                fixed(100 * (m.frequency_hz / p.frequency_hz - 1), 3, '+'),
                 f'{100 * p.damping_ratio:.2f}', f'{p.mac:.3f}']
         rows.append(tuple(row))
     words = 'Modes of the last window, ± one standard deviation'
     if pairs is not None:
-        words += ('. Off: from the nearest mode of the model that is alike; - if there is none. '
-                  'MAC: likeness of the two shapes, 1 = the same')
+        words += ('. Off: from the nearest mode of the model of like shape; - if there is none. '
+                  'MAC: modal assurance criterion of the two shapes, 1 = the same')
     return Table(tuple(heads), tuple(rows), words)
-
-
-def spread(value, std, digits):
-    """Return a value with its standard deviation where that is known."""
-    return f'{value:.{digits}f}' + (f' ± {std:.{digits}f}' if math.isfinite(std) else '')
 
 
 def stabilisation(window, frequencies_hz=None, level=None):
@@ -50,11 +47,12 @@ def stabilisation(window, frequencies_hz=None, level=None):
         made.add_scatter(x=frequencies_hz.astype(np.float32), y=level.astype(np.float32),
                          yaxis='y2', mode='lines', line={'color': '#b5b5b5', 'width': 1},
                          name='spectrum', hoverinfo='skip')
-    left = [p for p in window.rejected if p.order and not p.reason.startswith('outside')]
+    rejected = [p for p in window.rejected if p.order and not p.reason.startswith('outside')]
     for words, legend, marker, colour in KINDS:
-        poles = [p for p in left if next(k[0] for k in KINDS if k[0] in p.reason) == words]
+        poles = [p for p in rejected
+                 if next(k[0] for k in KINDS if k[0] in p.reason) == words]
         if poles:
-            _poles(made, poles, f'left out: {legend}', marker, colour)
+            _poles(made, poles, f'rejected: {legend}', marker, colour)
     _poles(made, [p for b in getattr(window, 'bands', ()) for p in b.accepted], 'pole of a mode',
            'circle', INK)
     for m in window.modes:
@@ -70,7 +68,7 @@ def stabilisation(window, frequencies_hz=None, level=None):
     return Picture('stabilisation', made,
                    'Poles of all model orders in the last window. Filled circles became modes '
                    '(lines; dashed where the label is not structural). Point at any other marker '
-                   'for the reason why it was left out.', least_px=640)
+                   'for the reason why it was rejected.', least_px=640)
 
 
 def _poles(made, poles, name, marker, colour):
@@ -86,7 +84,7 @@ def tracks(windows, what):
     found = {}
     for w in windows:
         for m in w.modes:
-            found.setdefault(m.identity, []).append(((w.end_ns - windows[0].end_ns) * 1e-9, m))
+            found.setdefault(m.identity, []).append(((w.end_ns - windows[0].start_ns) * 1e-9, m))
     often = sorted(found.items(), key=lambda i: -len(i[1]))[:PANELS]
     often.sort(key=lambda item: item[1][-1][1].frequency_hz)
     columns = min(4, len(often))
@@ -111,7 +109,8 @@ def tracks(windows, what):
     unit = 'Hz' if what == 'frequency' else '%'
     return Picture(f'tracks_{what}', made,
                    f'{what.capitalize()} [{unit}] of each identity over the windows, in seconds '
-                   'since the end of the first one; the band is one standard deviation. Filled: '
+                   'from the start of the record '
+                   'to the end of the window; the band is one standard deviation. Filled: '
                    'structural, open: undecided or a line of the excitation.',
                    least_px=230 * columns)
 
@@ -127,15 +126,15 @@ def _series(modes, what):
 def shape_table(window, channels):
     """Draw the real part of every shape at the channels, with the number in each field."""
     shapes = np.array([upright(m.shape).real for m in window.modes])
-    texts = [[_with_spread(v, s) for v, s in zip(row, m.shape_std)]
+    texts = [[_component(v, s) for v, s in zip(row, m.shape_std)]
              for row, m in zip(shapes, window.modes)]
     made = heat(np.round(shapes, 4), list(channels),
                 [f'{m.frequency_hz:.3f} Hz' for m in window.modes],
-                'Real part of the shapes, largest component 1', limit=1.6, texts=texts,
+                'Real part of the shapes, largest component 1', limit=1.0, texts=texts,
                 height=150 + 26 * len(window.modes))
-    return Picture('shapes', made, 'What the sensors say of each mode, ± one standard deviation '
-                   'where it is known.', least_px=200 + 90 * len(channels))
+    return Picture('shapes', made, 'Components of each mode at the sensors, ± one standard '
+                   'deviation where it is known.', least_px=200 + 90 * len(channels))
 
 
-def _with_spread(value, std):
-    return f'{value:+.2f}' + (f' ± {std:.2f}' if math.isfinite(std) else '')
+def _component(value, std):
+    return fixed(value, 2, '+') + (f' ± {std:.2f}' if math.isfinite(std) else '')

@@ -1,5 +1,5 @@
 """
-One HTML page that needs no network: words, tables, and pictures that draw themselves.
+One HTML page that needs no network: text, tables, and pictures that draw themselves.
 
 Plotly and the pictures are packed with gzip, which browsers unpack since 2023; that keeps a page
 near 2 MB where Plotly alone has almost 5.
@@ -50,7 +50,7 @@ def page(title, summary, sections):
     parts = [head, f'<h1>{html.escape(title)}</h1>']
     if summary:
         parts.append(f'<div class="verdict">{html.escape(summary)}</div>')
-    parts.append('<p id="trouble"><noscript>Words and tables are all here; the pictures need '
+    parts.append('<p id="trouble"><noscript>Text and tables are complete; the pictures need '
                  'JavaScript.</noscript></p><nav>' + ' '.join(
                      f'<a href="#s{i}">{html.escape(s.title)}</a>'
                      for i, s in enumerate(sections)) + '</nav>')

@@ -1,4 +1,4 @@
-"""What a report is made of: sections of words, tables, pictures and commands, plain data."""
+"""What a report is made of: sections of text, tables, pictures and commands, plain data."""
 from dataclasses import dataclass
 import math
 
@@ -24,7 +24,7 @@ class Picture:
     figure : plotly.graph_objects.Figure
         The figure.
     caption : str
-        What is drawn, and what to look for.
+        What is drawn, and what to note in it.
     motion : dict or None
         What `page.js` moves in it, see `spacecraft_3d.py`.
     half : bool
@@ -69,10 +69,12 @@ def percent(share, digits=0):
         return f'< {200 * least:g} %'
     if 1.0 - least < share < 1.0:
         return f'> {100 - 200 * least:g} %'
+    if abs(share) < least:
+        return f'{0:.{digits}f} %'           # not -0
     return f'{100 * share:.{digits}f} %'
 
 
 def measured(value, unit, digits=5):
     """Return a number with its unit; a pure number alone, parts per million as times 1e-6."""
-    words = '' if unit == '1' else f' × {unit}' if unit[:1].isdigit() else f' {unit}'
-    return number(value, digits) + words
+    text = '' if unit == '1' else f' × {unit}' if unit[:1].isdigit() else f' {unit}'
+    return number(value, digits) + text

@@ -61,7 +61,7 @@ def histories(samples):
 
 
 def spectra(channels, frame, record, model=None, corrected=None, name='spectra',
-            nominal='model'):
+            nominal='model', better='model with the effect'):
     """
     Draw amplitude spectra of the record and what models expect.
 
@@ -75,8 +75,8 @@ def spectra(channels, frame, record, model=None, corrected=None, name='spectra',
         Periodograms: recorded, expected of the model, expected of the model with the effect.
     name : str
         Of the picture.
-    nominal : str
-        What `model` is: 'model' or 'reference'.
+    nominal, better : str
+        What `model` is, 'model' or 'reference', and what `corrected` is.
 
     Returns
     -------
@@ -88,11 +88,11 @@ def spectra(channels, frame, record, model=None, corrected=None, name='spectra',
     made = grid(rows, columns, 120 + 270 * rows, channels, shared_xaxes=True, shared_yaxes=True,
                 vertical_spacing=0.22 / rows, horizontal_spacing=0.04)
     f = frame.frequencies_hz.astype(np.float32)
-    for label, line, seen in (('recorded', RECORD, record), (nominal, MODEL, model),
-                              ('model with the effect', CORRECTED, corrected)):
-        if seen is None:
+    for label, line, power in (('recorded', RECORD, record), (nominal, MODEL, model),
+                               (better, CORRECTED, corrected)):
+        if power is None:
             continue
-        level = density(seen, frame.rate_hz).astype(np.float32)
+        level = density(power, frame.rate_hz).astype(np.float32)
         for i in range(len(channels)):
             made.add_scatter(x=f, y=level[:, i], line=line, mode='lines', name=label,
                              legendgroup=label, showlegend=i == 0, row=i // columns + 1,
@@ -102,14 +102,14 @@ def spectra(channels, frame, record, model=None, corrected=None, name='spectra',
     made.update_yaxes(type='log', exponentformat='power')
     made.update_yaxes(title_text='(m/s²)/√Hz', col=1)
     made.update_layout(legend={'y': 1.06})
-    words = ('Amplitude spectra, the mean of '
-             f'{frame.pieces} tapered pieces of {frame.rows / frame.rate_hz:g} s. '
-             'Thin and solid: recorded')
+    text = ('Amplitude spectra, the mean of '
+            f'{frame.segments} tapered segments of {frame.rows / frame.rate_hz:g} s. '
+            'Thin and solid: recorded')
     if model is not None and nominal == 'reference':
-        words += '; dashed: the reference recording, scaled to the level of this one'
+        text += '; dashed: the reference recording, scaled to the level of this one'
     elif model is not None:
-        words += ('; dashed: what the model expects of the same taper, its levels of excitation '
-                  'and noise fitted')
+        text += ('; dashed: what the model expects of the same taper, its levels of excitation '
+                 'and noise fitted')
     if corrected is not None:
-        words += '; dotted: the model with the effect in it'
-    return Picture(name, made, words + '.', least_px=300 * columns)
+        text += '; dotted: the model with the effect in it'
+    return Picture(name, made, text + '.', least_px=300 * columns)

@@ -2,7 +2,10 @@
 import numpy as np
 
 from ssi_ros.identify.grid import Grid
+from ssi_ros.identify.stamps import batches, nothing_on
 from ssi_ros.records import Samples
+
+TOGETHER_NS = 300_000_000_000       # of all channels, well below the gap of a new segment
 
 
 def samples_of(recording, rate_hz=0.0):
@@ -30,13 +33,15 @@ def samples_of(recording, rate_hz=0.0):
     if rate_hz:
         _check_rate(recording, rate_hz)
     grid = Grid(recording.names, rate_hz)
-    for i, (stamps, values) in enumerate(zip(recording.stamps_ns, recording.values)):
-        grid.push(i, stamps, values)
+    # as they came: a whole channel before the next would seem to turn the clock back
+    for parts in batches(recording.arrivals_ns, TOGETHER_NS):
+        for i, part in enumerate(parts):
+            grid.push(i, recording.stamps_ns[i][part], recording.values[i][part])
     rows = grid.rows(flush=True)
     if not rows:
-        raise ValueError('the bag has no samples on these channels')
+        raise ValueError(nothing_on(grid))
     if len({r.segment for r in rows}) > 1:
-        raise ValueError('the clock of the bag jumps; cut the bag there and give one part')
+        raise ValueError('the clock of the bag jumps; cut the bag there and give one end')
     return Samples(np.concatenate([r.values for r in rows]), rows[0].rate_hz, recording.names,
                    rows[0].origin_ns)
 

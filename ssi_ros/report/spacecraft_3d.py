@@ -42,9 +42,9 @@ def shapes_picture(spacecraft, system, pairs):
             for a, (along, lateral) in zip(spacecraft.arrays, grids)
             for s, x in zip(along.ravel(), lateral.ravel())]
     count = len(rows)
-    seen = np.vstack([np.array(rows), system.sensor])
-    fields = natural_modes(replace(system, sensor=seen, channels=tuple(
-        f'p{i}' for i in range(len(seen))), conditioning=None, chain=())).shapes
+    outputs = np.vstack([np.array(rows), system.sensor])
+    fields = natural_modes(replace(system, sensor=outputs, channels=tuple(
+        f'p{i}' for i in range(len(outputs))), conditioning=None, chain=())).shapes
     theory = natural_modes(system)
     span = max(a.root_m + a.plate.length_m for a in spacecraft.arrays)
     modes = []
@@ -66,7 +66,7 @@ def shapes_picture(spacecraft, system, pairs):
         parts = np.split(field, len(grids))
         modes.append({'label': label, 'sensors': sensors, 'surfaces': [
             _complex(p.reshape(ALONG, ACROSS)) for p in parts]})
-    modes.sort(key=lambda m: m['sensors'] is None)      # what was seen comes first
+    modes.sort(key=lambda m: m['sensors'] is None)      # what was identified comes first
     made, surfaces, dots = _scene(spacecraft, grids, span)
     return Picture('shapes3d', made,
                    'Choose a mode; drag to turn. Surfaces: the mode of the model, fitted to the '

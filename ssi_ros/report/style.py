@@ -1,13 +1,13 @@
-"""How every picture looks: dashes, widths and markers first, colour only as a second sign."""
+"""How every picture looks: dashes, widths and markers first, colour only in addition."""
 INK, GREY = '#173f5f', '#8a8a8a'
 RECORD = {'color': GREY, 'width': 1.0}
 MODEL = {'color': INK, 'width': 1.6, 'dash': 'dash'}
 CORRECTED = {'color': '#b8600b', 'width': 2.0, 'dash': 'dot'}
-DIVERGING = 'PuOr'          # purple to orange: told apart without colour vision
+DIVERGING = 'PuOr'          # purple to orange: distinct without colour vision
 
 
 def figure(height, **layout):
-    """Return an empty Plotly figure of the house."""
+    """Return an empty Plotly figure in the common style."""
     import plotly.graph_objects as go
     return go.Figure(layout=_layout(height) | layout)
 
@@ -27,7 +27,7 @@ def _layout(height):
             'legend': {'orientation': 'h', 'y': 1.0, 'yanchor': 'bottom', 'x': 0.0}}
 
 
-def bars(names, values, texts, title, *, low=None, high=None, limit=1.0):
+def bars(names, values, texts, title, *, low=None, high=None, limit=1.0, ticks='.0%'):
     """Return horizontal bars, the first on top, each with its number; optional intervals."""
     made = figure(90 + 30 * len(names), title={'text': title, 'font': {'size': 14}},
                   showlegend=False)
@@ -44,7 +44,7 @@ def bars(names, values, texts, title, *, low=None, high=None, limit=1.0):
                      textposition='middle right', hoverinfo='skip', cliponaxis=False)
     least = min([0.0, *values])
     # room for the numbers on the right
-    made.update_xaxes(range=[1.05 * least, 1.35 * max(limit, *places, 1e-12)], tickformat='.0%',
+    made.update_xaxes(range=[1.05 * least, 1.35 * max(limit, *places, 1e-12)], tickformat=ticks,
                       zeroline=True)
     made.update_yaxes(autorange='reversed', automargin=True, type='category')
     return made

@@ -1,0 +1,60 @@
+"""A calibration as one HTML page: what moved, and the spectra before and after."""
+from dataclasses import replace
+
+from ssi_ros.report.gap_pictures import before_after_tables
+from ssi_ros.report.gap_view import gap_view
+from ssi_ros.report.page import page
+from ssi_ros.report.parts import number, Section, Table
+from ssi_ros.report.record_pictures import spectra
+
+MOST = 40               # errors in the table, those that moved most
+
+
+def calibration_page(found, model, samples, settings, present, bag):
+    """
+    Return a calibration as an HTML page that needs no network.
+
+    Parameters
+    ----------
+    found : Calibrated
+        What `calibrate` returned.
+    model : Spacecraft
+        As it was before.
+    samples : Samples
+        The first healthy recording.
+    settings : DiagnosisSettings
+        Segments and band.
+    present : tuple of Effect
+        Effects that the model has.
+    bag : str
+        Name of the recording, for the title.
+
+    Returns
+    -------
+    str
+
+    """
+    before, after = (gap_view(craft, samples, settings=settings, present=present)
+                     for craft in (model, found.spacecraft))
+    view = replace(before, after=after.before, pairs_after=after.pairs_before,
+                   rms=(*before.rms, after.rms[1]), better='calibrated model')
+    moved = found.moved
+    errors = Table(
+        ('number', 'moved by', 'in declared deviations', 'declared', 'remains', 'scatter'),
+        tuple((m.name, number(m.value), f'{m.value / m.declared:+.1f}', number(m.declared, 2),
+               number(m.remains, 2), number(m.scatter, 2)) for m in moved[:MOST]),
+        f'The {min(MOST, len(moved))} of {len(moved)} numbers that moved most. Relative errors, '
+        'logarithms of damping ratios, metres of places.')
+    checks = tuple(
+        f'Gap {c.before:.4f} nats a band before, {c.after:.4f} after, {c.deviations:.1f} standard '
+        'deviations above its floor.' for c in found.checks)
+    lost = tuple(f'{m.text[0].upper()}{m.text[1:]}.' for m in found.missing) + found.notes
+    rest = tuple(f'Not explained: {w}.' for c in found.checks for w in c.detected)
+    summary = ('The calibrated model explains the healthy recordings.' if found.explains else
+               'The calibrated model does not explain all of the healthy recordings.')
+    return page(f'Calibration on {bag}', summary, (
+        Section('Does the calibrated model explain the recordings?', lost + checks + rest,
+                before_after_tables(view),
+                (spectra(view.channels, view.frame, view.record, view.before.expected,
+                         view.after.expected, 'calibration_spectra', 'model', view.better),)),
+        Section('What moved?', (), (errors,))))
