@@ -4,58 +4,75 @@ import argparse
 from contextlib import nullcontext
 from pathlib import Path
 import secrets
-import shlex
 import subprocess
 import sys
-import tempfile
 
-from blindgen.campaign import classes_in, lock, reveal, run
-from blindgen.make import make
-from blindgen.results import lines, results
-from blindgen.seal import read_json, write_json
-from blindgen.spread import cluster
-from blindgen.tool import TOOL
+from blindgen.cases.draw import Scope, SMALL
+from blindgen.cases.make import make
+from blindgen.proof.register import enter, entries, open_campaigns, REGISTER
+from blindgen.proof.seal import read_json, sha, write_json
+from blindgen.run.campaign import lock, publish, reveal, run
+from blindgen.run.spread import cluster
+from blindgen.run.tool import TOOL
+from blindgen.scoring.results import lines, results
 from blindgen.verify import main as verify
+
+STEPS = (('make', 'plan, seal and write the cases'),
+         ('publish', 'make the commitment a git commit of its own'),
+         ('run', 'run the tool on every case without an answer'),
+         ('lock', 'hash and archive the answers'),
+         ('reveal', 'publish the labels, once the answers are locked'),
+         ('verify', 'check every hash and score, by verify.py alone'),
+         ('score', 'score the answers, beside the baselines, and report'),
+         ('drop', 'enter in the register that a campaign is dropped, and why'),
+         ('register', 'print the register of all campaigns'),
+         ('campaign', 'make, publish, run, lock, reveal, score, verify; resumable'))
+SCOPES = {'full': Scope(), 'small': SMALL}
 
 
 def parser():
     """Return the parser of all steps."""
     top = argparse.ArgumentParser(prog='python -m blindgen', description=__doc__)
     steps = top.add_subparsers(dest='step', required=True)
-    for name, text in (('make', 'plan, seal and write the bags'),
-                       ('run', 'run the tool on every bag without an answer'),
-                       ('lock', 'hash the answers'),
-                       ('reveal', 'publish the labels, once the answers are locked'),
-                       ('verify', 'check every hash'),
-                       ('score', 'score the answers, beside the baselines'),
-                       ('campaign', 'all of these, resumable')):
+    for name, text in STEPS:
         step = steps.add_parser(name, help=text)
-        step.add_argument('--folder', type=Path, required=True, help='public folder')
-        if name in ('make', 'reveal', 'campaign'):
+        if name != 'register':
+            step.add_argument('--folder', type=Path, required=True, help='public folder')
+        step.add_argument('--register', type=Path, default=REGISTER, help='of all campaigns')
+        if name in ('make', 'reveal', 'campaign', 'publish', 'run', 'score'):
             step.add_argument('--sealed', type=Path, help='default FOLDER.sealed.json, beside it')
+        if name in ('make', 'campaign', 'score'):
+            step.add_argument('--scope', choices=sorted(SCOPES), default='full',
+                              help='how far spacecraft and records range')
         if name in ('make', 'campaign'):
             step.add_argument('--cases', type=int, required=True)
-            step.add_argument('--duration', type=float, default=600.0, help='of a record [s]')
             step.add_argument('--nonce', help='secret; drawn by chance if left out')
             step.add_argument('--commit', help='of the frozen tool; default the commit at HEAD')
-            step.add_argument('--classes', type=Path,
-                              help='JSON of names that cannot be told apart: a list of lists, '
-                                   'alone or under the key classes')
-            step.add_argument('--classes-from', default='',
-                              help='command that writes such a file to {json}')
         if name in ('make', 'run', 'score', 'campaign'):
             step.add_argument('--workers', type=int, default=2,
                               help='processes of the local Dask cluster; 0 uses none')
             step.add_argument('--scheduler', default='local',
                               help='of Dask: local, or tcp://HOST:PORT whose workers see FOLDER')
         if name in ('score', 'campaign'):
-            step.add_argument('--rounds', type=int, default=2,
-                              help='of training of the baselines, 120 records each; 0: none')
+            step.add_argument('--rounds', type=int, default=0,
+                              help='of training of the baselines, 30 cases each; 0: none')
             step.add_argument('--cache', type=Path, default=Path('~/.cache/blindgen'),
                               help='keeps what the baselines learn from')
+        if name in ('publish', 'run', 'campaign', 'verify'):
+            step.add_argument('--repository', type=Path, default=Path('.'),
+                              help='git working tree that gets the commitment')
+        if name in ('publish', 'campaign'):
+            step.add_argument('--path', help='of the commitment in the repository; default '
+                                             'docs/validation/blind/NAME_commitment.json')
         if name in ('run', 'campaign'):
-            step.add_argument('--tool', default=TOOL, help='command with {bag} and {json}')
-            step.add_argument('--timeout', type=float, default=600.0, help='of a bag [s]')
+            step.add_argument('--unpublished', action='store_true',
+                              help='run without a published commitment: it proves nothing')
+            step.add_argument('--tool', action='append',
+                              help='command with {bag} {json} {model} {healthy} {calibrated}; '
+                                   'several are run in turn')
+            step.add_argument('--timeout', type=float, default=900.0, help='of a case [s]')
+        if name == 'drop':
+            step.add_argument('--reason', required=True)
     return top
 
 
@@ -70,67 +87,81 @@ def main(arguments=None):
 
 
 def _do(given):
+    if given.step == 'register':
+        for entry in entries(given.register):
+            print(*(f'{k}={v}' for k, v in entry.items() if k != 'before'))
+        print(f'{len(open_campaigns(given.register))} campaigns are begun and not ended')
+        return 0
     folder, whole = given.folder.resolve(), given.step == 'campaign'
+    if given.step == 'drop':
+        enter(read_json(folder / 'commitment.json')['nonce_sha256'], 'dropped', given.register,
+              reason=given.reason)
+        return 0
     sealed = getattr(given, 'sealed', None) or folder.with_name(folder.name + '.sealed.json')
     spreads = hasattr(given, 'scheduler')
     with cluster(given.workers, given.scheduler) if spreads else nullcontext() as client:
-        if given.step == 'make' or whole and not (folder / 'answers.json').exists():
+        open_ = whole and not (folder / 'answers.json').exists()
+        if given.step == 'make' or open_:
             _make(given, folder, sealed, client)
-        if given.step == 'run' or whole and not (folder / 'answers.json').exists():
-            for name, trouble in run(folder, given.tool, client, given.timeout).items():
-                if trouble:
-                    print(f'{name}: {trouble}', file=sys.stderr)
-        if given.step == 'lock' or whole and not (folder / 'answers.json').exists():
+        if given.step == 'publish' or open_ and not given.unpublished:
+            _publish(given, folder)
+        if given.step == 'run' or open_:
+            _run(given, folder, client)
+        if given.step == 'lock' or open_:
             print(f'{len(lock(folder))} answers locked')
         if given.step == 'reveal' or whole and not (folder / 'reveal.json').exists():
             print(f'{len(reveal(folder, sealed)["labels"])} labels revealed')
-        code = verify(folder) if given.step == 'verify' or whole else 0
         if given.step == 'score' or whole:
-            print(*lines(results(folder, client, given.rounds, given.cache.expanduser())),
-                  sep='\n')
-    return code
+            scores = results(folder, SCOPES[given.scope], client, given.rounds,
+                             given.cache.expanduser())
+            print(*lines(scores), sep='\n')
+            enter(read_json(folder / 'commitment.json')['nonce_sha256'], 'scored',
+                  given.register, scores=sha((folder / 'scores.json').read_bytes()))
+    if given.step == 'verify' or whole:
+        return verify(folder, given.repository)
+    return 0
 
 
 def _make(given, folder, sealed, client):
     """Make with the nonce and the commit of the sealed file when a killed campaign goes on."""
-    before = read_json(sealed) if sealed.exists() else None
     begun = sealed.with_name(sealed.name + '.parts') / 'begun.json'
-    earlier = ({'nonce': before['nonce'], 'commit': before['public']['commit'],
-                'classes': before['classes']} if before
+    earlier = ({'nonce': (before := read_json(sealed))['nonce'],
+                'commit': before['public']['commit']} if sealed.exists()
                else read_json(begun) if begun.exists() else {})
     nonce = given.nonce or earlier.get('nonce') or secrets.token_hex(32)
     commit = given.commit or earlier.get('commit') or _head()
-    classes = _classes(given) or earlier.get('classes') or []
-    if not before:
-        write_json(begun, {'nonce': nonce, 'commit': commit, 'classes': classes})
-    public = make(folder, sealed, given.cases, nonce, commit, given.duration, client, classes)
-    print(f'{len(public["bags"])} bags in {folder / "bags"}, Merkle root '
+    if not sealed.exists():
+        write_json(begun, {'nonce': nonce, 'commit': commit})
+    enter(sha(nonce), 'begun', given.register, commit=commit, count=given.cases,
+          scope=given.scope, folder=folder.name)
+    public = make(folder, sealed, given.cases, nonce, commit, SCOPES[given.scope], client)
+    print(f'{len(public["cases"])} cases in {folder / "cases"}, Merkle root '
           f'{public["merkle_root"]}; labels sealed in {sealed}')
 
 
-def _classes(given):
-    """Return the declared classes, from a file or from a command that writes {json}."""
-    if given.classes:
-        return classes_in(read_json(given.classes))
-    if not given.classes_from:
-        return []
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / 'classes.json'
-        command = [word.format(json=path) for word in shlex.split(given.classes_from)]
-        told = subprocess.run(command, capture_output=True, text=True)
-        if not path.exists():
-            raise ValueError(f'--classes-from {given.classes_from!r} wrote no {{json}}: '
-                             f'{told.stderr.strip()[-300:]}')
-        return classes_in(read_json(path))
+def _publish(given, folder):
+    """Publish the commitment unless it is."""
+    if not (folder / 'published.json').exists():
+        path = given.path or f'docs/validation/blind/{folder.name}_commitment.json'
+        print(f'commitment published by git commit {publish(folder, given.repository, path)}')
+
+
+def _run(given, folder, client):
+    """Run the tool, and print what went wrong."""
+    repository = None if given.unpublished else given.repository
+    failures = run(folder, given.tool or TOOL, client, given.timeout, repository)
+    for name, trouble in failures.items():
+        if trouble:
+            print(f'{name}: {trouble}', file=sys.stderr)
 
 
 def _head():
     """Return the commit at HEAD of the repository that this file is in."""
-    told = subprocess.run(['git', 'rev-parse', 'HEAD'], capture_output=True, text=True,
+    data = subprocess.run(['git', 'rev-parse', 'HEAD'], capture_output=True, text=True,
                           cwd=Path(__file__).parent)
-    if told.returncode:
+    if data.returncode:
         raise ValueError('no git commit at hand; give that of the frozen tool by --commit')
-    return told.stdout.strip()
+    return data.stdout.strip()
 
 
 if __name__ == '__main__':
