@@ -1,4 +1,5 @@
 """What all tests share: loopback only, checked message fields, a seeded generator."""
+from itertools import count
 import os
 import pathlib
 
@@ -11,13 +12,25 @@ os.environ['ROS_PYTHON_CHECK_FIELDS'] = '1'
 
 BY_THE_CLOCK = ('ros', 'monitor', 'examples', 'test_launch.py', 'test_readme.py')
 HERE = pathlib.Path(__file__).parent
+WORKER = int(os.environ.get('PYTEST_XDIST_WORKER', 'gw0')[2:])
+WORKERS = int(os.environ.get('PYTEST_XDIST_WORKER_COUNT', '1'))
+# one process draws the first domain, so that workers side by side never share one
+FIRST_DOMAIN = int(os.environ.setdefault('ROS_DOMAIN_ID', str(1 + os.getppid() % 100)))
+TESTS = count(WORKER, WORKERS)
 
 
 def pytest_collection_modifyitems(items):
-    """Mark what runs by the clock: `make test` lets it have the machine to itself."""
+    """Mark what runs by the clock: `make test` computes nothing beside it."""
     for item in items:
         if item.path.relative_to(HERE).parts[0] in BY_THE_CLOCK:
             item.add_marker(pytest.mark.by_the_clock)
+
+
+@pytest.fixture(autouse=True)
+def own_domain(request):
+    """Nodes that the test before has killed stay in the graph of their domain for 20 s."""
+    if request.node.get_closest_marker('by_the_clock'):
+        os.environ['ROS_DOMAIN_ID'] = str(1 + (FIRST_DOMAIN + next(TESTS)) % 100)
 
 
 @pytest.fixture

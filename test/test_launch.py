@@ -26,7 +26,7 @@ def test_launch_file(path):
     assert any(isinstance(n, ast.FunctionDef) and n.name == 'generate_launch_description'
                for n in tree.body)
     declared = {c.args[0].value for c in calls(tree, 'DeclareLaunchArgument')}
-    used = {c.args[0].value for name in ('LaunchConfiguration', 'value')
+    used = {c.args[0].value for name in ('LaunchConfiguration', 'value', 'chosen')
             for c in calls(tree, name) if isinstance(c.args[0], ast.Constant)}
     assert declared == used
     nodes = re.search(r'nodes = \((.*?)\)', SETUP)[1]
@@ -51,9 +51,56 @@ def test_launch_parameters_exist(path):
             default = known[key.value]
             if isinstance(value, ast.Call):
                 # without a type launch guesses one: a rate of 10 an integer, a bag 7 a number
-                assert value.func.id == 'value' and value.args[1].id == type(default).__name__
+                types = {'value': lambda c: c.args[1].id, 'chosen': lambda c: 'bool',
+                         'ParameterValue': lambda c: c.keywords[0].value.id}
+                assert types[value.func.id](value) == type(default).__name__
             else:
                 assert type(ast.literal_eval(value)) is type(default), key.value
+
+
+@pytest.mark.parametrize('path', LAUNCH, ids=lambda p: p.name)
+def test_launch_arguments_show_readable_defaults(path):
+    """`ros2 launch ... --show-args` prints a default as it stands: a text, no object of launch."""
+    for call in calls(ast.parse(path.read_text()), 'DeclareLaunchArgument'):
+        keywords = {k.arg: k.value for k in call.keywords}
+        assert keywords['description'].value
+        assert isinstance(keywords.get('default_value', ast.Constant('')), ast.Constant)
+
+
+def nodes_of(name):
+    """Return the nodes of a launch file: its keywords and its parameters, by name."""
+    out = {}
+    tree = ast.parse((ROOT / 'launch' / name).read_text())
+    for call in (*calls(tree, 'Node'), *calls(tree, 'node')):
+        keywords = {k.arg: k.value for k in call.keywords}
+        if call.args:
+            out[call.args[0].value] = keywords, ast.unparse(ast.List(call.args[1:]))
+        elif isinstance(keywords['name'], ast.Constant):
+            out[keywords['name'].value] = keywords, ast.unparse(keywords['parameters'])
+    return out
+
+
+def test_a_launch_ends_with_its_main_node():
+    """When the recorder ends, or the player has, the launch shuts down."""
+    recorder, _ = nodes_of('monitor.launch.py')['recorder']
+    assert recorder['on_exit'].func.id == 'Shutdown'
+    player, _ = nodes_of('replay.launch.py')['player']
+    assert player['on_exit'].func.id == 'TimerAction' and 'Shutdown(' in ast.unparse(
+        player['on_exit'])
+
+
+def test_launch_files_lose_nothing():
+    """A bag, and what is simulated, is published reliable to readers that wait for it."""
+    nodes = nodes_of('replay.launch.py')
+    assert all("'reliable': True" in parameters for _, parameters in nodes.values())
+    nodes = nodes_of('diagnose.launch.py')
+    assert "'reliable': True" in nodes['player'][1]
+    assert "'wait_for_subscribers': 2" in nodes['player'][1]
+    assert all('source' in nodes[n][1] for n in ('gap', 'identifier'))
+    nodes = nodes_of('monitor.launch.py')
+    assert "'reliable': True" in nodes['simulator'][1]
+    assert "'wait_for_subscribers': 2" in nodes['simulator'][1]
+    assert 'from_simulator' in nodes['identifier'][1]
 
 
 def test_versions_agree():
@@ -62,7 +109,8 @@ def test_versions_agree():
     package = ElementTree.parse(ROOT / 'package.xml').getroot()
     assert package.get('format') == '3' and package.find('version').text == __version__
     assert f"version='{__version__}'" in SETUP
-    assert f'## {__version__}' in (ROOT / 'CHANGELOG.md').read_text()
+    text = (ROOT / 'CHANGELOG.rst').read_text()
+    assert 'Forthcoming\n' in text or f'{__version__} (' in text
 
 
 def test_lock_names_no_address():

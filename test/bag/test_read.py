@@ -5,8 +5,9 @@ from mcap.writer import CompressionType, IndexType, Writer
 import numpy as np
 import pytest
 
-from ssi_ros.bag import (BagWriter, Channel, definition_of, encode_accel, open_bag, parse_channel,
-                         read_channels, recover, write_samples)
+from ssi_ros.bag import (
+    BagWriter, Channel, definition_of, encode_accel, open_bag, parse_channel, read_channels,
+    recover, write_samples)
 from ssi_ros.records import Samples
 
 ACCEL = 'geometry_msgs/msg/AccelStamped'

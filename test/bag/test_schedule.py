@@ -4,8 +4,8 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from ssi_ros.bag import (definition_of, field_reader, open_bag, schedule, stamp_shifter,
-                         write_samples)
+from ssi_ros.bag import (
+    definition_of, field_reader, open_bag, schedule, stamp_shifter, write_samples)
 from ssi_ros.records import Samples
 
 ACCEL = 'geometry_msgs/msg/AccelStamped'

@@ -12,8 +12,8 @@ from mcap.stream_reader import StreamReader
 import numpy as np
 import pytest
 
-from ssi_ros.bag import (BagWriter, encode_accel, open_bag, Qos, read_channels, recover,
-                         type_hash_of, write_samples)
+from ssi_ros.bag import (
+    BagWriter, encode_accel, open_bag, Qos, read_channels, recover, type_hash_of, write_samples)
 from ssi_ros.bag.layout import ROOT, SENSOR
 from ssi_ros.records import Samples
 import yaml

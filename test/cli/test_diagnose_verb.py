@@ -13,7 +13,7 @@ def test_loop_closes(tmp_path, capsys):
                  'sensor_gain:channel=e1_b,scale=1.08']) == 0
     assert main(['diagnose', bag, '--effects', FEW, '--json', out, '--apply', fixed]) == 0
     text = capsys.readouterr().out
-    assert 'EXPLAINED' in text and 'sensor_gain' in text and 'channel=e1_b' in text
+    assert 'EXPLAINED: sensor_gain: scale of channel e1_b is 1.0' in text
     assert json.loads((tmp_path / 'd.json').read_text())['verdict']['effects'] == ['sensor_gain']
     again = str(tmp_path / 'again')
     assert main(['simulate', again, '--config', fixed, '--duration-s', '200', '--seed', '5']) == 0
@@ -29,3 +29,13 @@ def test_user_mistakes(tmp_path, capsys):
     assert main(['simulate', bag, '--duration-s', '20']) == 0
     assert main(['diagnose', bag, '--effects', 'sensor_gian']) == 2
     assert 'did you mean sensor_gain' in capsys.readouterr().err
+
+
+def test_a_short_record_prints_no_empty_numbers(tmp_path, capsys):
+    """Too little data: the reason alone, no gap of nan."""
+    bag = str(tmp_path / 'bag')
+    assert main(['simulate', bag, '--duration-s', '3']) == 0
+    capsys.readouterr()
+    assert main(['diagnose', bag, '--effects', FEW]) == 1
+    said = capsys.readouterr().out
+    assert said.startswith('TOO_LITTLE_DATA: ') and 'nan' not in said and 'unknown' not in said

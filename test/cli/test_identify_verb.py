@@ -120,7 +120,7 @@ def test_methods_by_the_verb(tmp_path, capsys):
     window = ['--window-s', '60', '--hop-s', '10', '--json', str(tmp_path / 'm.json')]
     for words, said in (
             ([str(tmp_path / 'decay'), *accelerometers, '--method', 'era', '--start-s', '5',
-              '--plot', str(tmp_path / 'plots')], '2 channels at 100 Hz, era, 1 windows'),
+              '--plot', str(tmp_path / 'plots')], '2 channels at 100 Hz, era, 1 window,'),
             ([str(tmp_path / 'driven'), '--method', 'okid', '--input', '/accelerometer/torque'],
              'okid with the input torque'),
             ([str(tmp_path / 'driven'), *accelerometers, '--method', 'ssi_data'], 'ssi_data')):

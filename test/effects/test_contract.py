@@ -5,12 +5,14 @@ import re
 import numpy as np
 import pytest
 
-from ssi_ros.effects import effect_class, inject, library, parse_effect, simulate_setup, Site
+from ssi_ros.effects import applicable, effect_class, inject, parse_effect, simulate_setup, Site
+from ssi_ros.effects.registry import detectors, detects, showing
+import ssi_ros.gap.detectors         # noqa: F401 (its files register themselves)
 from ssi_ros.model import assemble, load_spacecraft, simulate
 from ssi_ros.quantity import quantities
 
 SECONDS = 8.0
-NAMES = tuple(library())
+NAMES = applicable(None)         # of a spacecraft
 FIXED = {     # the names that labels and verdicts share
     Site.EXCITATION: 'excitation_colour harmonic_disturbance impulsive_events '
                      'nonstationary_excitation wheel_speed_sweep',
@@ -91,6 +93,46 @@ def test_declared_fully(name):
     assert cls.size in {f.name for f in quantities(cls)}
     assert set(cls.starts) <= {f.name for f in cls.numbers()}
     assert all(f.metadata['doc'] for f in quantities(cls))
+
+
+@pytest.mark.parametrize('name', NAMES)
+def test_a_model_can_show_it(name):
+    """Beside a model an effect is in the expected spectrum, or has a detector."""
+    has_detector = any(name in detectors(of) for of in ('samples', 'input', 'spectrum'))
+    assert effect_class(name).spectral or has_detector
+
+
+@pytest.mark.parametrize('name', NAMES)
+def test_a_recording_can_show_it(name):
+    """Where there is no geometry an effect declares a pattern, and is found by it."""
+    patterns = effect_class(name).patterns
+    assert patterns and all(name in showing(p) for p in patterns)
+
+
+def test_a_second_detector_of_one_kind_is_refused():
+    """The message names both, and what to do."""
+    def other(effect, samples):
+        return None
+    with pytest.raises(ValueError, match='detect_clipping in .* and .*other in .*take one away'):
+        detects('saturation', of='samples')(other)
+    with pytest.raises(ValueError, match='must be one of samples, input, spectrum'):
+        detects('saturation', of='torque')
+
+
+@pytest.mark.parametrize('text, axis', [('harmonic_disturbance:torque_n_m=1', 'torque_x'), (
+    'harmonic_disturbance:torque_n_m=1,drives=torque_z', 'torque_z')])
+def test_a_disturbance_drives_the_input_that_it_names(text, axis, spacecraft):
+    """The first input by default, which the text of the effect leaves out."""
+    effect = parse_effect(text)
+    assert inject(spacecraft, [effect]).system.excitation[-1].input == axis
+    assert ('drives' in effect.text()) == (axis != 'torque_x')
+    assert parse_effect(effect.text()) == effect
+
+
+def test_an_input_that_is_not_there_is_refused(spacecraft):
+    """The near names are listed."""
+    with pytest.raises(ValueError, match='did you mean torque_'):
+        inject(spacecraft, [parse_effect('impulsive_events:impulse_n_m_s=1,drives=torque_q')])
 
 
 @pytest.mark.parametrize('name', NAMES)

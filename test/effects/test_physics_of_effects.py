@@ -2,8 +2,8 @@
 import numpy as np
 import pytest
 
-from ssi_ros.effects import inject, load_configuration, parse_effect, save_configuration
-from ssi_ros.effects import simulate_setup
+from ssi_ros.effects import (
+    inject, load_configuration, parse_effect, save_configuration, simulate_setup)
 from ssi_ros.model import assemble, load_spacecraft, natural_modes
 
 

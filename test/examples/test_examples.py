@@ -7,6 +7,7 @@ import sys
 import pytest
 
 from ssi_ros.cli.main import main
+from ssi_ros.model import load_model
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = sorted(p.name for p in (ROOT / 'examples').glob('*.py'))
@@ -22,7 +23,8 @@ def run(name, *words):
 
 def test_all_are_here():
     """There is a test below for every example."""
-    assert EXAMPLES == ['add_an_effect.py', 'diagnose_a_bag.py', 'identify_a_bag.py',
+    assert EXAMPLES == ['add_an_effect.py', 'diagnose_a_bag.py', 'footbridge.py',
+                        'identify_a_bag.py', 'robot_arm.py', 'shear_building.py',
                         'tune_a_window.py']
 
 
@@ -63,6 +65,24 @@ def test_own_effect():
                                       r'([\d.e+-]+)', out).groups())
     assert abs(value - 4.0) < 3 * std       # three spreads: a chance of 0.3 % at most
     assert re.match(r'(EXPLAINED|TIED)', out.splitlines()[2])
+
+
+@pytest.mark.parametrize('name, modes', [('shear_building', 5), ('footbridge', 5),
+                                         ('robot_arm', 3)])
+def test_models_of_other_people(name, modes, tmp_path):
+    """Each writes a model that is read back with all its modes."""
+    if name == 'robot_arm':
+        pytest.importorskip('mujoco')
+    run(name, tmp_path / 'model.npz')
+    model, effects = load_model(tmp_path / 'model.npz')
+    assert model.vibrating == modes and effects == ()
+
+
+def test_a_bag_of_the_arm(tmp_path):
+    """With changes it also writes a bag, with the channels of the model."""
+    pytest.importorskip('mujoco')
+    run('robot_arm', tmp_path / 'model.npz', tmp_path / 'real', 'elbow.stiffness=0.94')
+    assert main(['info', str(tmp_path / 'real')]) == 0
 
 
 def test_tune():

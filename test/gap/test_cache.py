@@ -6,10 +6,10 @@ import pytest
 
 from ssi_ros.effects import parse_effect
 from ssi_ros.gap.cache import folder, load_templates, save_templates, templates_key
-from ssi_ros.gap.fit import Simulator
-from ssi_ros.gap.scores import make_templates
+from ssi_ros.gap.inference.score_test import make_templates
+from ssi_ros.gap.nominal.simulator import Simulator
 from ssi_ros.gap.settings import DiagnosisSettings
-from ssi_ros.gap.spectra import make_frame
+from ssi_ros.gap.spectra.segmentation import make_frame
 from ssi_ros.model import load_spacecraft
 
 EFFECTS = [parse_effect('sensor_gain:channel=e1_a,scale=1.002'),
@@ -24,14 +24,14 @@ def templates(tmp_path, monkeypatch):
 
 
 def test_round_trip(templates):
-    """What is read is what was written, effects and swings too."""
+    """What is read is what was written, effects and modulation too."""
     key = templates_key(load_spacecraft(), 6000, names=('sensor_gain',))
     assert load_templates(key, EFFECTS) is None
     save_templates(key, templates, EFFECTS)
     again = load_templates(key, EFFECTS)
     assert again.effects == templates.effects and again.level == templates.level
     assert np.array_equal(again.changes, templates.changes)
-    assert np.array_equal(again.swings[1], templates.swings[1])
+    assert np.array_equal(again.modulation[1], templates.modulation[1])
 
 
 def test_the_key_knows_the_model():

@@ -4,18 +4,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ssi_ros.effects import inject, library, parse_effect, simulate_setup
+from ssi_ros.effects import applicable, effect_class, inject, library, parse_effect, simulate_setup
 from ssi_ros.effects.base import is_log
-from ssi_ros.gap.candidate import Candidate, starting_points
-from ssi_ros.gap.expected import expected
-from ssi_ros.gap.fit import fit, Simulator
-from ssi_ros.gap.likelihood import Evidence
-from ssi_ros.gap.meter import floor_of_band, measure
-from ssi_ros.gap.scores import make_templates, score
+from ssi_ros.gap.candidate import Candidate
+from ssi_ros.gap.inference.goodness_of_fit import floor_of_band, measure
+from ssi_ros.gap.inference.model_fit import fit
+from ssi_ros.gap.inference.score_test import make_templates, score
+from ssi_ros.gap.inference.whittle import Evidence
+from ssi_ros.gap.nominal.simulator import Simulator
+from ssi_ros.gap.nominal.starting_points import starting_points
 from ssi_ros.gap.settings import DiagnosisSettings
-from ssi_ros.gap.spectra import make_frame, periodograms, spectra
-from ssi_ros.gap.tolerance import tolerances
+from ssi_ros.gap.spectra.expected_periodogram import expected
+from ssi_ros.gap.spectra.segmentation import make_frame, periodograms, spectra
 from ssi_ros.model import load_spacecraft
+from ssi_ros.updating.model_uncertainty import model_uncertainty
 
 SETTINGS = DiagnosisSettings()
 SECONDS, RECORDS, BAND = 120.0, 8, 8
@@ -53,10 +55,10 @@ def test_mean_periodogram_is_the_expected_one(text, spacecraft):
         seen = seen + periodograms(spectra(samples, frame)) / RECORDS
     model = expected(setup, frame)
     model = np.broadcast_to(model.at(np.ones(len(model.names))), seen.shape)
-    white = np.einsum('skij,skji->k', np.linalg.inv(model), seen).real / 4 / frame.pieces
+    white = np.einsum('skij,skji->k', np.linalg.inv(model), seen).real / 4 / frame.segments
     count = len(white) // BAND
     bands = white[:count * BAND].reshape(count, BAND).mean(axis=1)
-    sd = np.sqrt(frame.crowding_of(BAND) / (4 * RECORDS * frame.pieces * BAND))
+    sd = np.sqrt(frame.inflation_of(BAND) / (4 * RECORDS * frame.segments * BAND))
     # no band is off by more than 6 of its own standard deviations (370 bands: 3.3 by chance),
     # so that no leakage, alias or filter is missing in theory; the mean to 4 of its own
     assert np.abs(bands - 1).max() < 6 * sd
@@ -78,7 +80,7 @@ def test_slow_modes_follow_a_swing_late(period_s, spacecraft):
     white = np.einsum('skij,skji->sk', np.linalg.inv(model.at(np.ones(len(model.names)))),
                       seen).real / 4
     for band in (frame.frequencies_hz < 1, frame.frequencies_hz > 1):
-        sd = np.sqrt(frame.crowding / (4 * records * band.sum()))
+        sd = np.sqrt(frame.inflation / (4 * records * band.sum()))
         # 60 s: by a level that all modes follow at once a piece below 1 Hz is off by 30 sd
         assert np.abs(white[:, band].mean(axis=1) - 1).max() < 5 * sd
 
@@ -99,17 +101,17 @@ def test_right_model_is_at_the_floor_with_standard_scores(spacecraft):
     """Twelve nominal records: the meter reads its floor, the scores are standard normal."""
     frame = make_frame(12000, 100.0, SETTINGS)
     simulator = Simulator(spacecraft, frame, SECONDS)
-    chosen = [e for e in starting_points(library().values(), spacecraft)
+    chosen = [e for e in starting_points(map(effect_class, applicable(spacecraft)), spacecraft)
               if e.name in ('sensor_gain', 'array_asymmetry', 'channel_delay', 'hub_inertia')]
     templates = make_templates(simulator, chosen)
-    tolerance = tolerances(simulator, Candidate(), np.ones(3), SETTINGS)
+    uncertainty = model_uncertainty(simulator, Candidate(), np.ones(3), SETTINGS)
     z, deviations = [], []
     setup = inject(spacecraft, [], SECONDS)
     for seed in range(12):
         evidence = Evidence(frame, spectra(simulate_setup(setup, seed), frame),
-                            tuple(range(frame.pieces)))
-        right = fit(simulator, evidence, tolerance=tolerance)
-        z.append(score(templates, right, evidence, tolerance).z)
+                            tuple(range(frame.segments)))
+        right = fit(simulator, evidence, uncertainty=uncertainty)
+        z.append(score(templates, right, evidence, uncertainty).z)
         deviations.append(measure(right.model, evidence, BAND).deviations)
     # 0.8 to 1.2: twelve records of about 10 independent scores know a standard deviation to 6 %
     assert 0.8 < np.std(z) < 1.2
@@ -126,7 +128,7 @@ def test_fit_finds_the_size(text, name, spacecraft):
     effect = parse_effect(text)
     samples = simulate_setup(inject(spacecraft, [effect], SECONDS), 7)
     frame = make_frame(len(samples.values), 100.0, SETTINGS)
-    evidence = Evidence(frame, spectra(samples, frame), tuple(range(frame.pieces)))
+    evidence = Evidence(frame, spectra(samples, frame), tuple(range(frame.segments)))
     field = next(f for f in effect.numbers() if f.name == name)
     begin = effect.starts[name][0] if is_log(field) else field.default
     start = Candidate((replace(effect, **{name: begin}),))
@@ -147,7 +149,7 @@ def test_jitter_is_told_from_the_motion_that_was():
     errors, told = [], []
     for seed in range(6):
         evidence = Evidence(frame, spectra(simulate_setup(setup, seed), frame),
-                            tuple(range(frame.pieces)))
+                            tuple(range(frame.segments)))
         found = fit(simulator, evidence, Candidate((jitter,)))
         errors.append(found.candidate.point()[0] - true)
         told.append(np.sqrt(found.covariance[0, 0]))

@@ -4,12 +4,13 @@ from dataclasses import replace
 from gap_records import evidence_of, record, SETTINGS
 import numpy as np
 import pytest
-from ssi_ros.effects import inject, parse_effect, simulate_setup
-from ssi_ros.gap.fit import fit
-from ssi_ros.gap.holes import completed, filled, LONGEST_S, without_rails
-from ssi_ros.gap.indirect import at_levels
-from ssi_ros.gap.spectra import make_frame
-from ssi_ros.gap.symptoms import symptoms
+from ssi_ros.effects import inject, library, parse_effect, simulate_setup
+from ssi_ros.gap.detectors import detect_in_samples
+from ssi_ros.gap.inference.model_fit import fit
+from ssi_ros.gap.nominal.simulator import at_levels
+from ssi_ros.gap.spectra.imputation import completed, filled, without_clipped
+from ssi_ros.gap.spectra.segmentation import make_frame
+from ssi_ros.gap.spectra.thresholds import LIMITS
 from ssi_ros.model import load_spacecraft
 
 RATE_HZ = 100.0
@@ -42,11 +43,12 @@ def test_what_a_rail_cut_off_is_drawn_from_beyond_it(samples, simulator):
     samples = replace(samples, values=samples.values[:ROWS])
     limit = np.quantile(np.abs(samples.values), 0.97)
     clipped, rails = clipped_at(samples, limit)
-    whole = filled(simulator, *without_rails(clipped, rails))
-    cut = np.abs(clipped.values) >= limit
+    clipped, limits = without_clipped(clipped, rails)
+    whole = filled(simulator, clipped, limits=limits)
+    cut = np.isnan(clipped.values)
     assert np.array_equal(whole.values[~cut], clipped.values[~cut])
-    assert np.all(whole.values[cut] * np.sign(clipped.values[cut]) >= limit * (1 - 1e-9))
-    left, lost = ((s.values - samples.values)[cut] for s in (whole, clipped))
+    assert np.all(whole.values[cut] * np.sign(limits[cut]) >= limit * (1 - 1e-9))
+    left, lost = (whole.values - samples.values)[cut], np.abs(samples.values[cut]) - limit
     assert np.sqrt(np.mean(left ** 2)) < 0.6 * np.sqrt(np.mean(lost ** 2))
 
 
@@ -69,7 +71,7 @@ def test_level_and_bias_are_told_with_the_holes():
     raw = replace(raw, values=raw.values + bias)
     clipped, rails = clipped_at(raw, 0.1)
     _, simulator = record(seconds)
-    simulator, whole, _, levels = completed(simulator, *without_rails(clipped, rails), SETTINGS)
+    simulator, whole, _, levels = completed(simulator, *without_clipped(clipped, rails), SETTINGS)
     assert 0.01 < np.mean(np.abs(clipped.values) >= 0.1) < 0.1
     assert levels[1] == pytest.approx(level, rel=0.01) and levels[-1] < 1.3
     there = np.abs(clipped.values) < 0.1
@@ -83,18 +85,18 @@ def test_what_cannot_be_told_is_left(samples, simulator):
     """Rails that half of the samples are at, and a hole too long, stay as they are."""
     limit = np.median(np.abs(samples.values)) / 4
     clipped, rails = clipped_at(samples, limit)
-    assert without_rails(clipped, rails)[0] is clipped
-    assert without_rails(samples, [])[0] is samples
-    values, longest = samples.values.copy(), int(LONGEST_S * RATE_HZ)
+    assert without_clipped(clipped, rails)[0] is clipped
+    assert without_clipped(samples, [])[0] is samples
+    values, longest = samples.values.copy(), int(LIMITS.gap_s.value * RATE_HZ)
     values[1000:1001 + longest], values[5000] = np.nan, np.nan
-    whole = filled(simulator, replace(samples, values=values))
+    whole = filled(simulator, replace(samples, values=values), longest_s=LIMITS.gap_s.value)
     assert np.isnan(whole.values[1000:1001 + longest]).all()
     assert np.isfinite(whole.values[5000]).all()
 
 
 def test_long_records_are_filled_in_blocks(samples, simulator, monkeypatch):
     """What a block draws at its end, the next one knows: the valleys stay as they are."""
-    monkeypatch.setattr('ssi_ros.gap.holes.BLOCK_S', 60.0)
+    monkeypatch.setattr('ssi_ros.gap.spectra.imputation.BLOCK_S', 60.0)
     values = samples.values[:ROWS].copy()
     values[np.random.default_rng(6).random(len(values)) < 0.05] = np.nan
     drawn = filled(simulator, replace(samples, values=values)).values
@@ -119,6 +121,6 @@ def test_few_values_at_rails_are_seen_on_all_channels_together():
     samples, _ = record(120.0)
     limit = np.sort(np.abs(samples.values).ravel())[-5]
     clipped, (rails,) = clipped_at(samples, limit)
-    (found,) = symptoms(clipped)
-    assert found.effect.limit_m_s2 == pytest.approx(rails.limit_m_s2, rel=1e-12)
-    assert symptoms(samples) == ()
+    (found,) = detect_in_samples(clipped, library())
+    assert found.parameters['limit_m_s2'] == pytest.approx(rails.limit_m_s2, rel=1e-12)
+    assert detect_in_samples(samples, library()) == ()

@@ -3,9 +3,9 @@ from gap_records import evidence_of, record
 import numpy as np
 from ssi_ros.effects import parse_effect
 from ssi_ros.gap.candidate import Candidate
-from ssi_ros.gap.fit import fit
-from ssi_ros.gap.indirect import made_by
-from ssi_ros.gap.tolerance import no_tolerance
+from ssi_ros.gap.inference.indirect_inference import indirect_estimate
+from ssi_ros.gap.inference.model_fit import fit
+from ssi_ros.updating.model_uncertainty import no_uncertainty
 
 SECONDS = 120.0
 FRICTION = parse_effect('hinge_friction:array=E1,torque_n_m=0.2,stiffness_n_m_rad=2e5')
@@ -21,7 +21,7 @@ def test_friction_is_corrected_by_what_its_fit_errs_on_its_own_records():
     """A hinge that sticks half of the time: its stiffness was two fifths too large."""
     simulator, found = fitted(FRICTION)
     (before,) = found.candidate.effects
-    made = made_by(simulator, found, no_tolerance(simulator.frame, 4), 8)
+    made = indirect_estimate(simulator, found, no_uncertainty(simulator.frame, 4), 8)
     (after,) = made.candidate.effects
     errors = [abs(np.log(e.stiffness_n_m_rad / FRICTION.stiffness_n_m_rad))
               for e in (before, after)]
@@ -32,5 +32,5 @@ def test_friction_is_corrected_by_what_its_fit_errs_on_its_own_records():
 def test_a_linear_effect_is_its_fit():
     """Nothing is simulated for an exact spectrum."""
     simulator, found = fitted(parse_effect('hub_inertia:scale=1.1'))
-    made = made_by(simulator, found, no_tolerance(simulator.frame, 4), 8)
+    made = indirect_estimate(simulator, found, no_uncertainty(simulator.frame, 4), 8)
     assert made.candidate is found.candidate and made.levels is found.levels

@@ -4,9 +4,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ssi_ros.effects import inject, parse_effect
-from ssi_ros.gap import linearise as module
-from ssi_ros.gap.linearise import linearise
+from ssi_ros.effects import inject, parse_effect, statistical_linearisation as module
+from ssi_ros.effects.statistical_linearisation import linearise
 from ssi_ros.model import load_spacecraft
 
 

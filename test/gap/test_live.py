@@ -5,14 +5,15 @@ import numpy as np
 import pytest
 from ssi_ros.effects import inject, parse_effect, simulate_setup
 from ssi_ros.effects.stream import stream_setup
-from ssi_ros.gap.alarm import Bank, bets_on, quiet, step
-from ssi_ros.gap.live import LiveGap
-from ssi_ros.gap.live_holes import fill
-from ssi_ros.gap.live_model import LiveSettings, prepare
-from ssi_ros.gap.live_stream import LastRows, LiveStream
+from ssi_ros.gap.online.calibration import LiveSettings, prepare
+from ssi_ros.gap.online.e_detector import Bank, bets_on, quiet, step
+from ssi_ros.gap.online.imputation import fill
+from ssi_ros.gap.online.sliding import LiveGap
+from ssi_ros.gap.online.stream import LiveStream
 from ssi_ros.identify.grid import Grid
 from ssi_ros.model import load_spacecraft
 from ssi_ros.records import Samples
+from ssi_ros.ros.last_rows import LastRows
 
 SETTINGS = LiveSettings(window_s=60.0, hop_s=10.0, false_alarm_every_s=3600.0)
 WATCHED = ('sensor_gain', 'array_asymmetry', 'hub_inertia', 'damping_scale', 'sensor_noise')
@@ -233,5 +234,5 @@ def test_channels_of_another_model_are_told(model):
 
 def test_model_with_a_drift_is_refused(spacecraft):
     """A nominal model that needs the length of a record cannot be met by a stream."""
-    with pytest.raises(ValueError, match='stiffness_drift, which stretches over a record'):
+    with pytest.raises(ValueError, match='stiffness_drift, which is defined over a whole record'):
         prepare(spacecraft, SETTINGS, present=[parse_effect('stiffness_drift:change=0.1')])

@@ -2,11 +2,11 @@
 from gap_records import look
 import pytest
 from ssi_ros.effects import parse_effect
-from ssi_ros.gap.slow import slow_signs
+from ssi_ros.gap.detectors import detect_in_spectrum
 
 
 def slow(*fitted):
-    return slow_signs(*fitted, ('sensor_drift',))
+    return detect_in_spectrum(*fitted, ('sensor_drift',))
 
 
 def signs_of(*texts):
@@ -17,9 +17,9 @@ def signs_of(*texts):
 def test_slow_noise_is_found_with_its_numbers(rms, time):
     """A fifteenth of the sensors' noise; numbers within three of the deviations told."""
     (sign,) = signs_of(f'sensor_drift:channel=e2_a,rms_m_s2={rms},time_constant_s={time}')
-    assert sign.effect.channel == 'e2_a' and sign.p_value < 1e-6
+    assert sign.parameters['channel'] == 'e2_a' and sign.p_value < 1e-6
     for name, true in (('rms_m_s2', rms), ('time_constant_s', time)):
-        assert abs(getattr(sign.effect, name) - true) < 3 * sign.stds[name]
+        assert abs(sign.parameters[name] - true) < 3 * sign.stds[name]
 
 
 @pytest.mark.parametrize('text', ['', 'attitude_controller:bandwidth_hz=0.02',

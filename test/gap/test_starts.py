@@ -5,11 +5,11 @@ from gap_records import record
 import numpy as np
 import pytest
 from ssi_ros.effects import effect_class, parse_effect
-from ssi_ros.gap.candidate import Candidate, starting_points
-from ssi_ros.gap.scores import make_templates, promise
-from ssi_ros.gap.search import at_size
-from ssi_ros.gap.tolerance import no_tolerance
+from ssi_ros.gap.candidate import Candidate
+from ssi_ros.gap.inference.score_test import make_templates, promise
+from ssi_ros.gap.nominal.starting_points import at_size, starting_points
 from ssi_ros.model import load_spacecraft
+from ssi_ros.updating.model_uncertainty import no_uncertainty
 
 
 @pytest.mark.parametrize('text', [
@@ -23,7 +23,7 @@ def test_the_best_template_sees_most_of_an_effect(text):
     starts = starting_points([type(effect)], simulator.spacecraft)
     templates = make_templates(simulator, [effect, *starts])
     _, cosine = promise(templates, simulator.expected(Candidate()), simulator.frame,
-                        no_tolerance(simulator.frame, 4))
+                        no_uncertainty(simulator.frame, 4))
     assert np.max(cosine[0, 1:]) > 0.75
 
 

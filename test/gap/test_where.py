@@ -1,14 +1,18 @@
 """Where a gap lies, told by the effect that explains it, is where the true effect changes most."""
+from dataclasses import replace
+
 from gap_records import evidence_of, record, SETTINGS
 import numpy as np
 import pytest
 from ssi_ros.effects import parse_effect
 from ssi_ros.gap.candidate import Candidate
-from ssi_ros.gap.diagnose import diagnose
-from ssi_ros.gap.fit import fit
-from ssi_ros.gap.meter import distance_of, whitened
-from ssi_ros.gap.where import locate
+from ssi_ros.gap.driver import diagnose
+from ssi_ros.gap.inference.goodness_of_fit import distance_of, whitened
+from ssi_ros.gap.inference.model_fit import fit
+from ssi_ros.gap.nominal.model_location import change, measured
+from ssi_ros.gap.selection.localisation import locate
 from ssi_ros.model import load_spacecraft
+from ssi_ros.model.uncertainty import EXACT
 
 
 @pytest.mark.parametrize('text', ['array_asymmetry:array=E2,scale=0.998',
@@ -26,12 +30,20 @@ def test_bands_of_a_small_gap_are_those_of_the_truth(text):
     true = np.array([b.sum() for b in np.array_split(true, 12)]) / true.sum()
 
     def off(told):
-        bands = locate(simulator, nominal.model, evidence, SETTINGS, told)['bands']
+        bands = located(simulator, nominal.model, evidence, told).bands
         return np.abs(np.array([b['share'] for b in bands]) - true).sum()
 
     # half the sum of differences of shares is what lies in a wrong band
-    assert off((fitted.model, 1.0, ())) / 2 < 0.15
-    assert off((fitted.model, 1.0, ())) < 0.7 * off(None)
+    assert off(fitted.model) / 2 < 0.15
+    assert off(fitted.model) < 0.7 * off(None)
+
+
+def located(simulator, model, evidence, fitted=None):
+    """Return where the gap lies, by what a certain effect changes if one is given."""
+    bins = SETTINGS.band_bins
+    system = simulator.setup(Candidate()).system
+    changed = None if fitted is None else change((model, fitted), evidence, bins, (), 1.0)
+    return locate(measured(system, model, evidence, bins), changed)
 
 
 def test_times_of_a_swing_are_its_own():
@@ -41,7 +53,7 @@ def test_times_of_a_swing_are_its_own():
     evidence = evidence_of(simulator, samples)
     nominal = fit(simulator, evidence)
     fitted = fit(simulator, evidence, Candidate((effect,)), nominal.levels)
-    times = locate(simulator, nominal.model, evidence, SETTINGS, (fitted.model, 1.0, ()))['times']
+    times = located(simulator, nominal.model, evidence, fitted.model).times
     middles = np.array([(t['start_s'] + t['end_s']) / 2 for t in times])
     swing = np.sin(2 * np.pi * middles / 240.0)
     shares = np.array([t['share'] for t in times])
@@ -60,9 +72,9 @@ def test_times_of_single_events_are_theirs(text):
     # a pulse rings on: where what it adds rises at once it begins
     begins = (there > 0) if 'saturation' in text else (
         np.append(0.0, np.diff(there)) > 0.5 * there.max())
-    found = diagnose(load_spacecraft(), samples, pairs=False)
+    found = diagnose(replace(load_spacecraft(), uncertainty=EXACT), samples, pairs=False)
     assert found.verdict['effects'] == (effect.name,)
-    times = found.where['times']
+    times = found.where.times
     span = len(there) // len(times)
     true = np.add.reduceat(begins, np.arange(len(times)) * span).astype(float)
     shares = np.array([t['share'] for t in times])

@@ -10,6 +10,7 @@ from ssi_ros.identify.plot_page import page
 from ssi_ros.identify.plot_stability import accepted
 from ssi_ros.identify.plot_tracks import POINTS_MAX, thinned, tracks
 from ssi_ros.identify.plots import FIGURES, spectrum_of, write_plots
+from ssi_ros.quantity import with_spread
 from ssi_ros.records import Samples, WindowModes
 
 NAMES = tuple('abcd')
@@ -43,7 +44,7 @@ def test_files_and_their_content(windows, tmp_path):
     text = (tmp_path / 'index.html').read_text()
     assert '<script src=' not in text and '<link' not in text
     for mode in found[-1].modes:
-        assert f'{mode.frequency_hz:.4f} ±' in text
+        assert with_spread(mode.frequency_hz, mode.frequency_std_hz, 4, '±') in text
 
 
 def test_spectrum_peaks_at_the_modes(windows):

@@ -2,8 +2,7 @@
 import numpy as np
 import pytest
 from ssi_ros.model import assemble, simulate, Spacecraft
-from ssi_ros.model.disturbances import (
-    Chirp, Firings, MSequence, Pulses, Sine, ThermalSnap)
+from ssi_ros.model.disturbances import Chirp, Firings, MSequence, Pulses, Sine, ThermalSnap
 from ssi_ros.model.excitation import generator, Varying, White
 
 INPUTS = ('a', 'b')

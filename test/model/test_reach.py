@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from ssi_ros.model import assemble, Spacecraft
 from ssi_ros.model.information import information, modal_view, spreads
-from ssi_ros.model.placement import (
-    effective_independence, particle_swarm, present, Scene)
+from ssi_ros.model.placement import effective_independence, particle_swarm, present, Scene
 from ssi_ros.model.reach import reach
 from ssi_ros.model.spectrum import output_spectrum
 

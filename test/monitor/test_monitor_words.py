@@ -4,10 +4,15 @@ import math
 
 import pytest
 
-from ssi_ros.monitor.watch import (histories, KEPT, Status, Watch, with_gap, with_health,
-                                   with_where, with_window)
-from ssi_ros.monitor.words import (arrow, gap_lines, head_line, health_lines, mode_lines,
-                                   sketch_lines, sparkline, text)
+from ssi_ros.effects import inject, simulate_setup
+from ssi_ros.identify import Identification
+from ssi_ros.identify.stamped import identify_stamped
+from ssi_ros.model import load_spacecraft
+from ssi_ros.monitor.watch import (
+    histories, KEPT, Status, Watch, with_gap, with_health, with_where, with_window)
+from ssi_ros.monitor.words import (
+    arrow, gap_lines, head_line, health_lines, mode_lines, sketch_lines, sparkline, summary_line,
+    text)
 from ssi_ros.records import Mode, WindowModes
 
 
@@ -32,18 +37,45 @@ def test_sparkline():
     assert sparkline([2.0, 2.0]) == '▅▅' and sparkline([None]) == ' '
 
 
-@pytest.mark.parametrize('step, sign', [(0.0, '→'), (0.02, '→'), (0.05, '↑'), (-0.05, '↓')])
+@pytest.mark.parametrize('step, sign', [(0.0, '→'), (0.06, '→'), (0.08, '↑'), (-0.08, '↓')])
 def test_arrow_means_more_than_chance(step, sign):
-    """An arrow says that a frequency has moved by more than two spreads of the difference."""
+    """An arrow says that a frequency has moved by more than five spreads of the difference."""
     watch = watch_of(window(10, 5.0), window(11, 5.0 + step))     # spread 0.01 each
     assert arrow(histories(watch.windows)[0]) == sign
+
+
+@pytest.mark.parametrize('seed', [1, 2, 3])
+def test_a_record_without_drift_has_no_arrow(seed):
+    """
+    The screens of a simulated record of 900 s without drift show no arrow.
+
+    The rate that is stated is 1 screen in 100; each of these records has 25, which share windows.
+    """
+    record = simulate_setup(inject(load_spacecraft(), [], 900.0), seed)
+    windows, _ = identify_stamped(record.channels, [record.stamps_ns()] * 4, record.values.T,
+                                  Identification(window_s=120.0, hop_s=20.0))
+    screens = [watch_of(*windows[k:k + 16]) for k in range(len(windows) - 15)]
+    assert len(screens) == 25
+    for watch in screens:
+        assert len(mode_lines(watch)) > 10             # there is something to be wrong about
+        assert not any(mark in line for line in mode_lines(watch)[1:] for mark in '↑↓')
+
+
+def test_one_line_of_health():
+    """The summary of a small screen: what is worst, or that all is well."""
+    watch = watch_of(window(10, 5.0))
+    assert 'nothing on /diagnostics' in summary_line(watch)
+    watch = with_health(watch, [Status('b', 'ok', 'fine'), Status('a', 'ok', 'fine')], 0.0)
+    assert summary_line(watch) == 'no gap node; health: all 2 ok'
+    watch = with_health(watch, [Status('c', 'warn', 'slow'), Status('d', 'error', 'lost')], 0.0)
+    assert 'ERROR d: lost' in summary_line(watch)
 
 
 def test_missing_mode_is_named_and_a_dead_one_gone():
     """A mode that the last window lacks stays with a word; after its end it goes."""
     watch = watch_of(window(10, 1.0, 5.0), window(11, 1.0))
     lines = mode_lines(watch)
-    assert len(lines) == 3 and 'missing for 1 window' in lines[2]
+    assert len(lines) == 3 and 'missing for 1' in lines[2]
     watch = with_window(watch, window(12, 1.0, deaths=(1,)), 0.0)
     assert len(mode_lines(watch)) == 2
 
@@ -51,7 +83,7 @@ def test_missing_mode_is_named_and_a_dead_one_gone():
 def test_time_that_jumps_back_begins_anew():
     """A replay that starts again does not mix with what was before."""
     watch = watch_of(window(10, 1.0), window(11, 1.0), window(10, 2.0))
-    assert len(watch.windows) == 1 and '2.0000' in mode_lines(watch)[1]
+    assert len(watch.windows) == 1 and '2.000' in mode_lines(watch)[1]
 
 
 def test_memory_is_bounded():

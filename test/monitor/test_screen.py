@@ -53,7 +53,7 @@ def test_screen_follows_the_watch(size):
                                   time.monotonic())
         app.look()
         await pilot.pause()
-        assert '1.2500' in words(app, 'modes') and 'ERROR' in words(app, 'health')
+        assert '1.250' in words(app, 'modes') and 'ERROR' in words(app, 'health')
         assert '●' in words(app, 'sketch') and 'no gap node' in words(app, 'gap')
         # the panel is in the visible part of a small terminal too
         region = app.query_one('#modes').region
@@ -61,12 +61,34 @@ def test_screen_follows_the_watch(size):
         await pilot.press('p')
         board.hear(11, 1.75)
         app.look()
-        assert 'PAUSED' in words(app, 'head') and '1.2500' in words(app, 'modes')
+        assert 'PAUSED' in words(app, 'head') and '1.250' in words(app, 'modes')
         await pilot.press('p')
-        assert '1.7500' in words(app, 'modes')
+        assert '1.750' in words(app, 'modes')
         await pilot.press('q')
         assert app._exit
     on_screen(size, act)
+
+
+def test_a_small_terminal_shows_the_modes_first():
+    """At 80 x 24 twenty modes are in sight with one line of health; d shows gap and health."""
+    async def act(app, pilot, board):
+        modes = tuple(Mode(0.5 * (i + 1), 0.005, [1.0], 0.001, 0.001, identity=i,
+                           label='structural') for i in range(20))
+        board.watch = with_window(board.watch, WindowModes(0, 10 ** 10, modes), time.monotonic())
+        board.watch = with_health(board.watch, [Status('node', 'error', 'lost')],
+                                  time.monotonic())
+        app.look()
+        await pilot.pause()
+        box = app.query_one('#modes_box')
+        assert box.region.y <= 1 and box.region.height >= 21       # the head and twenty modes
+        assert max(map(len, words(app, 'modes').splitlines())) <= 80
+        assert 'ERROR node: lost' in words(app, 'summary')
+        assert app.query_one('#summary').region.height == 1
+        assert not app.query_one('#sketch').display and not app.query_one('#side').display
+        await pilot.press('d')
+        await pilot.pause()
+        assert app.query_one('#side').display and not app.query_one('#modes_box').display
+    on_screen((80, 24), act)
 
 
 def test_only_changes_are_drawn():

@@ -12,6 +12,7 @@ import pytest
 
 from ssi_ros.cli.main import main
 from ssi_ros.effects import inject, load_configuration, parse_effect, simulate_setup
+from ssi_ros.gap.comparison import Location
 from ssi_ros.gap.diagnosis import Diagnosis, Explanation, Value
 from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.records import Samples
@@ -33,16 +34,17 @@ def a_diagnosis(built=()):
         'stiffness_scale.scale': Value(1.01, 2e-4, 1.0097, 1.0103, '1')}, 0.2, 0.5, 0.45, 0.54,
         False)
     unknown = Explanation(('unknown',), 4e-4, ('unknown',), {}, 0.25, 0.0, 0.0, 0.0, False)
-    where = {'site': {'excitation': 0.0, 'structure': 1.0, 'sensor': 0.0, 'timing': 0.0},
-             'sensors': [{'name': 'e1_a', 'share': 0.9}, {'name': 'e2_a', 'share': 0.1}],
-             'bands': [{'low_hz': 0.1, 'high_hz': 25.0, 'share': 0.3},
-                       {'low_hz': 25.0, 'high_hz': 49.0, 'share': 0.7}],
-             'modes': [{'frequency_hz': 30.98, 'name': 'E1/E2 bending <3>', 'share': 0.6}],
-             'times': [{'start_s': 0.0, 'end_s': 60.0, 'share': 1.0}]}
-    return Diagnosis('EXPLAINED', 'array_asymmetry leaves 0.9 sd of the gap',
+    where = Location(
+        ({'name': 'e1_a', 'share': 0.9}, {'name': 'e2_a', 'share': 0.1}),
+        ({'low_hz': 0.1, 'high_hz': 25.0, 'share': 0.3},
+         {'low_hz': 25.0, 'high_hz': 49.0, 'share': 0.7}),
+        ({'frequency_hz': 30.98, 'name': 'E1/E2 bending <3>', 'share': 0.6},),
+        ({'start_s': 0.0, 'end_s': 60.0, 'share': 1.0},),
+        site={'excitation': 0.0, 'structure': 1.0, 'sensor': 0.0, 'timing': 0.0})
+    return Diagnosis('EXPLAINED', 'array_asymmetry leaves a residual of 0.9 standard deviations',
                      {'before': 0.25, 'floor': 0.11, 'floor_std': 0.002, 'p_value': 0.0}, where,
                      (best, rival, unknown), {'effects': ('array_asymmetry',), 'class': (
-                         'array_asymmetry',), 'probability': 0.98}, (), ('a <sign>',),
+                         'array_asymmetry',), 'probability': 0.98}, (), ('a <line>',),
                      ({'effects': ('none',), 'closed': 0.0},
                       {'effects': ('fuel_slosh',), 'closed': -0.01}))
 
@@ -89,15 +91,27 @@ def test_questions_in_order(record):
     assert re.findall(r'<h2>(.*?)</h2>', page) == list(QUESTIONS)
     text = diagnosis_markdown(diagnosis, view)
     assert re.findall(r'^## (.*)$', text, re.M) == list(QUESTIONS)
-    assert '97 % of the gap is gone (93 % to 101 %' in text
-    assert 'no effect at all closes 0 %; one drawn at random (fuel_slosh) closes -1 %' in text
-    assert 'array E1; scale 1.02' in text and '--apply corrected.yaml' in text
+    assert 'removes 97 % of the gap, 90 % interval 93 to 101 %' in text
+    assert ('no effect at all removes none of the gap; an effect drawn at random (fuel_slosh) '
+            'removes none of the gap') in text
+    assert 'array E1, scale 1.02' in text and '--apply corrected.yaml' in text
+    assert text.splitlines()[2] == (
+        '**EXPLAINED. There is a gap, and it is explained: array_asymmetry: scale of array E1 is '
+        '1.0200 +- 0.0002 (probability 0.98); correcting it removes 97 % of the gap.**')
+
+
+def test_forms_of_one_effect_have_their_bars():
+    """Two candidates of one name are two bars."""
+    diagnosis = a_diagnosis()
+    diagnosis = replace(diagnosis, candidates=(diagnosis.candidates[0],) * 2)
+    bars = pictures(diagnosis_page(diagnosis))['probability']['data'][0]
+    assert bars['y'] == ['array_asymmetry', 'array_asymmetry (2)']
 
 
 def test_words_of_a_record_cannot_be_markup(record):
     """A name with angle brackets stays a name."""
     page = diagnosis_page(record[2])
-    assert 'a &lt;sign&gt;' in page and '<sign>' not in page
+    assert 'a &lt;line&gt;' in page and '<line>' not in page
 
 
 def test_page_is_small_and_alone(whole):
@@ -125,7 +139,7 @@ def test_thinning_keeps_the_peaks(record, whole):
 
 
 def test_thinning_keeps_gaps(record):
-    """Missing samples leave a hole in the line, not a bridge over it."""
+    """Missing samples interrupt the line, which does not bridge them."""
     from ssi_ros.report.record_pictures import thin
     values = record[1].values[:, 0].copy()
     values[10_000:10_500] = np.nan
@@ -143,7 +157,7 @@ def test_the_effect_shrinks_the_maps(record):
 
 
 def test_before_and_after_in_user_units(record):
-    """The true effect takes frequencies from over 0.3 % off to under 0.1 %, and heals shapes."""
+    """The true effect takes frequencies from over 0.3 % off to under 0.1 %, and mends shapes."""
     _, _, _, view = record
     before = [p.frequency_hz / p.mode.frequency_hz - 1 for p in view.pairs_before if p]
     after = [p.frequency_hz / p.mode.frequency_hz - 1 for p in view.pairs_after if p]
@@ -173,7 +187,7 @@ def test_surfaces_pass_through_the_sensors(record, whole):
 def test_every_outcome_has_its_page(outcome):
     """Missing numbers and empty lists, as a reference record leaves them, make a page too."""
     nothing = {'before': NAN, 'floor': NAN, 'floor_std': NAN, 'p_value': NAN}
-    where = {'site': {}, 'sensors': [], 'bands': [], 'modes': [], 'times': []}
+    where = Location((), (), (), ())
     unknown = Explanation(('unknown',), 1.0, ('unknown',), {}, NAN, NAN, NAN, NAN, False)
     best = a_diagnosis().candidates[0]
     candidates = (unknown,) if outcome == 'TOO_LITTLE_DATA' else (
@@ -181,7 +195,8 @@ def test_every_outcome_has_its_page(outcome):
     found = Diagnosis(outcome, 'a reason', nothing, where, candidates, {
         'effects': (), 'class': ('a', 'b'), 'probability': 0.5}, ('a longer record',))
     for text in (diagnosis_page(found), diagnosis_markdown(found)):
-        assert outcome in text and 'a reason' in text and 'nan' not in text.split('<style>')[0]
+        words = re.sub(r'<style>.*', '', text, flags=re.S)
+        assert outcome in text and 'a reason' in text and 'nan' not in words
         assert 'What to do next?' in text
 
 
@@ -207,6 +222,24 @@ def test_page_of_a_reference(record):
         reference_view(twins[0], Samples(twins[1].values[:, :2], 100.0, ('a', 'b')))
 
 
+def test_two_bags_make_a_page_with_spectra(tmp_path):
+    """`diagnose --reference --html` draws both recordings, their modes and their rms."""
+    bags = [str(tmp_path / n) for n in ('reference', 'record')]
+    for k, bag in enumerate(bags):
+        words = ['--effect', 'sensor_gain:channel=e1_b,scale=1.2'] if k else []
+        assert main(['simulate', bag, '--duration-s', '120', '--seed', str(k), *words]) == 0
+    path = tmp_path / 'page.html'
+    assert main(['diagnose', bags[1], '--reference', bags[0], '--effects',
+                 'sensor_gain,sensor_noise', '--no-pairs', '--html', str(path)]) == 0
+    page = path.read_text()
+    drawn = pictures(page)
+    assert {'gap_spectra', 'map_sensor_before', 'map_time_before', 'sensors', 'modes',
+            'times'} <= set(drawn)
+    names = [t['name'] for t in drawn['gap_spectra']['data']]
+    assert names.count('recorded') == names.count('reference') == 4
+    assert 'sensor_gain: scale of channel e1_b is 1.' in page and 'reference off [%]' in page
+
+
 def test_windows_by_default(record):
     """Half of the record in twenty steps; a window alone gets a hop that divides it."""
     samples = record[1].between(0.0, 60.0)
@@ -223,7 +256,7 @@ def test_verbs_write_pages(tmp_path, capsys):
                  'sensor_gain:channel=e1_a,scale=1.5']) == 0
     assert main(['report', str(bag)]) == 0
     assert 'modes in the last of' in capsys.readouterr().out
-    assert 'What do the modes look like?' in (tmp_path / 'short.html').read_text()
+    assert 'Which shapes have the modes?' in (tmp_path / 'short.html').read_text()
     pages = [str(tmp_path / n) for n in ('d.html', 'd.md')]
     main(['diagnose', str(bag), '--effects', 'sensor_gain', '--html', pages[0], '--markdown',
           pages[1]])
@@ -250,6 +283,12 @@ def test_browser_draws_everything(whole, tmp_path):
                             'p.dataset.drawn + " " + p.querySelectorAll(".main-svg").length)')
         trouble = page.value('document.getElementById("trouble").innerText')
         labels = page.value('[...document.querySelectorAll("select option")].map(o => o.text)')
+        # on a desktop every column of every table is in sight, that of the MAC too
+        page.ask('Emulation.setDeviceMetricsOverride', width=1400, height=900,
+                 deviceScaleFactor=1, mobile=False)
+        cut = page.value('[...document.querySelectorAll(".scroll")].filter('
+                         't => t.scrollWidth > t.clientWidth).map(t => t.innerText)')
+        assert cut == [], cut
         # on a telephone wide pictures and tables scroll by themselves, the page does not
         page.ask('Emulation.setDeviceMetricsOverride', width=400, height=800,
                  deviceScaleFactor=1, mobile=True)

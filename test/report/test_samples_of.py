@@ -6,10 +6,18 @@ import pytest
 from ssi_ros.report.samples import samples_of
 
 
-def recording(stamps_s):
-    """Return a recording of one channel."""
+def recording(stamps_s, channels=1):
+    """Return a recording of channels with the same stamps."""
     stamps = np.round(1e9 * np.asarray(stamps_s)).astype(np.int64)
-    return SimpleNamespace(names=('a',), stamps_ns=[stamps], values=[np.ones(len(stamps))])
+    return SimpleNamespace(names=tuple('abc'[:channels]), stamps_ns=[stamps] * channels,
+                           arrivals_ns=[np.sort(stamps)] * channels,
+                           values=[np.ones(len(stamps))] * channels)
+
+
+def test_half_an_hour_is_no_jump_of_the_clock():
+    """Channels of a long record are read side by side, not one after the other."""
+    samples = samples_of(recording(np.arange(0.0, 1800.0, 0.05), 3), 20.0)
+    assert samples.values.shape == (36_000, 3) and np.all(samples.values == 1.0)
 
 
 @pytest.mark.parametrize('own_hz', [50.0, 200.0])

@@ -1,11 +1,9 @@
 """Real nodes in processes of their own, over real DDS on the loopback."""
-import os
 import time
 
 import pytest
 
 rclpy = pytest.importorskip('rclpy', reason='ROS 2 is not installed')
-os.environ.setdefault('ROS_DOMAIN_ID', str(1 + os.getpid() % 100))
 
 from rclpy.experimental import EventsExecutor            # noqa: E402
 from rclpy.signals import SignalHandlerOptions           # noqa: E402
@@ -62,7 +60,7 @@ class Bench:
 
 
 @pytest.fixture
-def bench(tmp_path):
+def bench(own_domain, tmp_path):
     """Return a bench whose logs go to the test's folder."""
     bench = Bench(tmp_path / 'log')
     yield bench

@@ -44,6 +44,15 @@ class Client:
             if told['op'] == 'advertise':
                 self.channels.update({c['topic']: c for c in told['channels']})
 
+    def subscribe_until_heard(self, number, topic):
+        """Subscribe again and again: the server may not know yet what it has advertised."""
+        end = time.monotonic() + 30.0
+        while not self.messages:
+            assert time.monotonic() < end, f'nothing of {topic}'
+            self.subscribe(number, topic)
+            again = time.monotonic() + 3.0
+            self.listen(lambda: self.messages or time.monotonic() > again)
+
     def subscribe(self, number, topic):
         """Look at a topic."""
         self.socket.send(json.dumps({'op': 'subscribe', 'subscriptions': [
@@ -72,7 +81,7 @@ def test_client_gets_the_true_messages(tmp_path):
             client = Client(socket)
             client.listen(lambda: topic in client.channels)
             channel = client.channels[topic]
-            client.subscribe(7, topic)
+            client.subscribe_until_heard(7, topic)
             client.listen(lambda: len(client.messages) >= 100)
         nodes.stop('bridge')
     finally:

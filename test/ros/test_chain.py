@@ -85,5 +85,6 @@ def test_rosbags_reads_it(outcome):
 def test_what_the_user_sees(outcome):
     """A line a step and a window."""
     _, lines = outcome
-    assert lines[0].startswith('live:') and sum('modes [Hz]' in line for line in lines) == 6
+    assert lines[0].startswith('step 1 of 3, live:')
+    assert sum('modes [Hz]' in line for line in lines) == 6
     assert math.isclose(float(lines[1].split()[0]), WINDOW_S)

@@ -8,8 +8,8 @@ import pytest
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from ssi_ros.bag import write_samples
 from ssi_ros.effects import inject, parse_effect, simulate_setup
-from ssi_ros.gap.live_model import LiveSettings, prepare
-from ssi_ros.gap.live_stream import LiveStream
+from ssi_ros.gap.online.calibration import LiveSettings, prepare
+from ssi_ros.gap.online.stream import LiveStream
 from ssi_ros.identify.grid import Grid
 from ssi_ros.model import load_spacecraft
 from ssi_ros.ros.gap_messages import numbers_of

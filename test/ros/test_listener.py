@@ -3,7 +3,7 @@ import subprocess
 import sys
 
 from diagnostic_msgs.msg import DiagnosticArray
-from ssi_ros.gap.live import GapUpdate
+from ssi_ros.gap.online.sliding import GapUpdate
 from ssi_ros.records import Mode, WindowModes
 from ssi_ros.ros.gap_messages import where_message
 from ssi_ros.ros.messages import modes_message

@@ -1,12 +1,19 @@
 """Small structures with known answers, for the tests of the reference diagnosis."""
 import numpy as np
 from scipy.signal import cont2discrete, lfilter
+from ssi_ros.gap.driver import diagnose
+from ssi_ros.gap.nominal.recorded import RecordedNominal
 from ssi_ros.records import Samples
 
 RATE_HZ = 50.0
 MODES = ((2.1, 0.01), (5.3, 0.008), (9.7, 0.01))
 SHAPES = np.array([[1.0, 0.8, 0.6], [0.7, -0.9, 0.3], [0.4, 0.5, -1.0]])
 NOISE = 0.01
+
+
+def diagnose_reference(reference, record, *settings, **options):
+    """Diagnose a recording against another of the same structure."""
+    return diagnose(RecordedNominal(reference), record, *settings, **options)
 
 
 def chain(seed, seconds=240.0, scale=(1.0, 1.0, 1.0), damping=1.0, level=1.0, channels=3):

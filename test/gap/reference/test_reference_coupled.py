@@ -2,11 +2,11 @@
 import numpy as np
 import pytest
 from scipy.signal import cont2discrete, lfilter
-from ssi_ros.gap.reference.coupled import close_pairs, mixed_modes
-from ssi_ros.gap.reference.fit import fit
-from ssi_ros.gap.reference.forms import stiffness_scale
-from ssi_ros.gap.reference.nominal import identified, make_nominal, modes_of
-from ssi_ros.gap.reference.pieces import plan, spectra_of
+from ssi_ros.gap.nominal.forms.mode_coupling import close_pairs, mixed_modes
+from ssi_ros.gap.nominal.forms.structure import frequencies
+from ssi_ros.gap.nominal.modal.fit import Averages, fit
+from ssi_ros.gap.nominal.modal.reference import identified, make_nominal, modes_of
+from ssi_ros.gap.spectra.band_averages import plan, spectra_of
 from ssi_ros.records import Samples
 
 RATE_HZ = 50.0
@@ -52,11 +52,11 @@ def test_close_modes_are_a_pair_and_nothing_changes_at_null(pair):
 def test_a_softer_twin_is_two_modes_mixed_and_not_two_modes_moved(pair):
     """The mixed form tells the softening and gains more than modes moved each on its own."""
     nominal, one, two, there = pair
-    problem = two.mean, one.freedom, two.freedom
-    base = fit(nominal, *problem)
-    each = [f for f in stiffness_scale(nominal) if len(f.numbers) > 1][0]
+    record = Averages(two.mean, one.freedom, two.freedom)
+    base = fit(nominal, record)
+    each = [f for f in frequencies(nominal) if len(f.numbers) > 1][0]
     mixed = mixed_modes(nominal, there)
-    moved, turned = (fit(nominal, *problem, (f,), np.append(base.x, f.start), origin=base.x)
+    moved, turned = (fit(nominal, record, (f,), np.append(base.x, f.start), origin=base.x)
                      for f in (each, mixed))
     assert turned.likelihood > moved.likelihood + 40
     x = turned.x[2:]
@@ -66,7 +66,7 @@ def test_a_softer_twin_is_two_modes_mixed_and_not_two_modes_moved(pair):
     assert change == pytest.approx(SOFTER + 0.005, abs=0.006)
     # and a twin that did not change is not found to have done so
     still = spectra_of(twins(3).values, nominal.cut)
-    same = fit(nominal, still.mean, one.freedom, still.freedom, (mixed,),
-               np.append(base.x, mixed.start), origin=fit(nominal, still.mean, one.freedom,
-                                                          still.freedom).x)
+    still = Averages(still.mean, one.freedom, still.freedom)
+    same = fit(nominal, still, (mixed,), np.append(base.x, mixed.start),
+               origin=fit(nominal, still).x)
     assert np.abs(same.x[2:5]).max() < 0.01

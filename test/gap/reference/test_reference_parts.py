@@ -2,14 +2,15 @@
 import numpy as np
 import pytest
 from reference_records import chain, RATE_HZ
-from ssi_ros.gap.reference.amplitude import amplitude_dependence
-from ssi_ros.gap.reference.distance import data_floor, divergence, measure, theory_floor
-from ssi_ros.gap.reference.fit import fit, predict
-from ssi_ros.gap.reference.forms import all_forms
-from ssi_ros.gap.reference.nominal import make_nominal
-from ssi_ros.gap.reference.pair import make_pair
-from ssi_ros.gap.reference.pieces import plan, spectra_of
-from ssi_ros.gap.reference.signs import rail_of, step_of
+from ssi_ros.gap.inference.goodness_of_fit import compare, divergence, floor_of_band
+from ssi_ros.gap.nominal.modal.amplitude_dependence import amplitude_dependence
+from ssi_ros.gap.nominal.modal.fit import Averages, fit, predict
+from ssi_ros.gap.nominal.modal.mixed_halves import floor_of_halves
+from ssi_ros.gap.nominal.modal.reference import make_nominal
+from ssi_ros.gap.nominal.modal.starting_values import all_forms
+from ssi_ros.gap.nominal.pairing import make_pair
+from ssi_ros.gap.spectra.band_averages import plan, spectra_of
+from ssi_ros.integrity.values import limit_of, step_of
 from ssi_ros.records import Samples
 
 
@@ -57,11 +58,22 @@ def test_the_floor_is_that_of_complex_wishart_matrices():
     def draw(n):
         y = rng.standard_normal((400, n, width)) + 1j * rng.standard_normal((400, n, width))
         return y.swapaxes(1, 2) @ y.conj() / n
-    seen = divergence(draw(n_one), draw(n_two), n_one, n_two)
-    mean, std = theory_floor(n_one, n_two, width)
+    found = divergence(draw(n_one), draw(n_two), n_one, n_two)
+    mean, std = floor_of_band(n_two, width, n_one)
     # 4 standard errors of the mean of 400; 15 % for their scatter
-    assert abs(seen.mean() - mean) < 4 * seen.std() / 20
-    assert std == pytest.approx(seen.std(), rel=0.15)
+    assert abs(found.mean() - mean) < 4 * found.std() / 20
+    assert std == pytest.approx(found.std(), rel=0.15)
+
+
+def test_a_known_spectrum_is_the_limit_of_one_averaged_without_end():
+    """Distance and floor of n = 1e7 approach those of n = inf as 1 / n; 1e-4 for the former."""
+    rng = np.random.default_rng(5)
+    y = rng.standard_normal((2, 30, 3)) + 1j * rng.standard_normal((2, 30, 3))
+    expected, observed = y.swapaxes(1, 2) @ y.conj() / 30
+    near, limit = (divergence(expected, observed, n, 30.0) for n in (1e7, np.inf))
+    assert near == pytest.approx(limit, rel=1e-4)
+    (near, _), (limit, _) = (floor_of_band(30.0, 3, n) for n in (1e7, np.inf))
+    assert near == pytest.approx(limit, rel=1e-4)
 
 
 def test_the_distance_does_not_depend_on_units_or_mixtures():
@@ -79,8 +91,8 @@ def test_the_floor_of_the_data_agrees_with_theory_for_gaussian_noise():
     rng = np.random.default_rng(7)
     one, two = (Samples(rng.standard_normal((10_000, 2)), 50.0, ('a', 'b')) for _ in range(2))
     first, second, _ = parts(one, two)
-    gap = measure(first, second)
-    assert data_floor(first, second)[0] == pytest.approx(gap.floor, rel=0.05)
+    gap = compare(first, second)
+    assert floor_of_halves(first, second)[0] == pytest.approx(gap.floor, rel=0.05)
     assert abs(gap.deviations) < 4
 
 
@@ -107,7 +119,7 @@ def test_the_form_of_moved_modes_gives_back_what_was_moved():
     first, second, nominal = parts(chain(10), chain(11, scale=(0.98, 0.98, 0.98)))
     assert len(nominal.modes) == 3
     form = [f for f in all_forms(nominal, ('stiffness_scale',)) if not f.place][0]
-    found = fit(nominal, second.mean, first.freedom, second.freedom, (form,))
+    found = fit(nominal, Averages(second.mean, first.freedom, second.freedom), (form,))
     assert abs(found.x[2] - np.log(0.98)) < 4 * np.sqrt(found.covariance[2, 2])
     assert np.sqrt(found.covariance[2, 2]) < 0.003      # and its spread is small
 
@@ -118,7 +130,6 @@ def test_a_linear_structure_does_not_depend_on_its_amplitude():
     _, _, nominal = parts(one, one)
     found = amplitude_dependence(one.values, RATE_HZ, nominal.modes)
     assert np.abs(found.frequency_slopes / found.frequency_stds).max() < 4
-    assert np.abs(found.damping_slopes / found.damping_stds).max() < 4
     assert (found.bursts / found.burst_stds).max() < 4
 
 
@@ -127,8 +138,8 @@ def test_steps_and_rails_are_read_off_exactly():
     values = np.random.default_rng(13).standard_normal(5000)
     assert step_of(np.rint(values / 0.05) * 0.05) == pytest.approx(0.05)     # round-off only
     assert step_of(values) == 0.0
-    assert rail_of(np.clip(values, -1.5, 1.5)) == 1.5
-    assert rail_of(values) == 0.0
+    assert limit_of(np.clip(values, -1.5, 1.5)) == 1.5
+    assert limit_of(values) == 0.0
 
 
 def test_too_short_says_how_long():

@@ -1,29 +1,31 @@
 """Two recordings of one signal that repeats itself: period, clock, line, sweep, swing, phase."""
 import numpy as np
 import pytest
-from reference_records import chain, PERIOD, RATE_HZ, shaken
-from ssi_ros.effects import library
-from ssi_ros.gap.reference import diagnose_reference
-from ssi_ros.gap.reference.amplitude import amplitude_dependence, significance
-from ssi_ros.gap.reference.nominal import make_nominal
-from ssi_ros.gap.reference.pair import make_pair
-from ssi_ros.gap.reference.period import period_of
-from ssi_ros.gap.reference.periodic import both_repeat, clock, in_phase, periodic_signs
-from ssi_ros.gap.reference.pieces import plan, spectra_of
-from ssi_ros.gap.reference.repeats import (
+from reference_records import chain, diagnose_reference, PERIOD, RATE_HZ, shaken
+from ssi_ros.effects import applicable, effect_class
+from ssi_ros.effects.registry import detectors
+from ssi_ros.gap.nominal.modal.amplitude_dependence import amplitude_dependence, significance
+from ssi_ros.gap.nominal.modal.reference import make_nominal
+from ssi_ros.gap.nominal.pairing import make_pair
+from ssi_ros.gap.nominal.periodic.detections import both_repeat, clock_error, in_phase
+from ssi_ros.gap.nominal.periodic.modulation import common_sine, gains_of
+from ssi_ros.gap.nominal.periodic.period import period_of
+from ssi_ros.gap.nominal.periodic.random_walk import independent_share
+from ssi_ros.gap.nominal.periodic.repeats import (
     at_instants, delay_between, Repeats, repeats_of, turned)
-from ssi_ros.gap.reference.swing import best_swing, gains_of
-from ssi_ros.gap.reference.wander import independent_share
+from ssi_ros.gap.nominal.recordings import prepare
+from ssi_ros.gap.spectra.band_averages import plan, spectra_of
 
 
 def split(samples):
     return repeats_of(samples.values, samples.rate_hz, PERIOD)
 
 
-def signs(one, two):
-    """Return {effect: Sign} of two recordings of `shaken`."""
-    found = periodic_signs((split(one), split(two)), 1.0, tuple(library()))
-    return {s.effect: s for s in found}
+def detected(one, two):
+    """Return {effect: Detection} of what the periods of two recordings show."""
+    recordings = prepare(one, two, applicable(None))
+    found = [f(effect_class(n), recordings) for n, f in detectors('periods').items()]
+    return {d.effect: d for d in found if d is not None}
 
 
 def line(t):
@@ -56,7 +58,7 @@ def test_two_periods_of_no_whole_number_of_rows_are_no_clock():
     samples = shaken(32, 2.3, ppm=-400.0)
     # 2e-5 of a period: two of them, noise of 0.3 %
     assert split(samples).period_rows == pytest.approx(PERIOD * 1.0004, rel=2e-5)
-    assert clock(split(samples), split(shaken(33, 2.3, ppm=-400.0, begin=100.0))) is None
+    assert clock_error(split(samples), split(shaken(33, 2.3, ppm=-400.0, begin=100.0))) is None
 
 
 def test_a_structure_that_drifts_does_not_change_the_period():
@@ -97,7 +99,7 @@ def test_nothing_is_told_where_nothing_is():
     one = shaken(11)
     for two in (shaken(12, begin=77.0), shaken(13, scale=(0.98, 0.98)),
                 shaken(14, scale=(1.0, 0.98))):
-        assert signs(one, two) == {}
+        assert detected(one, two) == {}
 
 
 def test_a_clock_is_told_from_stiffness():
@@ -107,43 +109,43 @@ def test_a_clock_is_told_from_stiffness():
     assert found.verdict['class'] == ('clock_rate',)
     assert found.candidates[0].parameters['clock_rate.ppm'].value == pytest.approx(-1e4, rel=1e-3)
     found = diagnose_reference(one, shaken(17, scale=(0.98, 0.98)))
-    assert found.verdict['effects'] == ('stiffness_scale',)
+    assert found.candidates[0].effects == ('stiffness_scale',)
 
 
 def test_two_good_clocks_are_no_gap():
     """20 ppm part any two crystals."""
-    assert clock(split(shaken(18)), split(shaken(19, ppm=20.0))) is None
+    assert clock_error(split(shaken(18)), split(shaken(19, ppm=20.0))) is None
 
 
 def test_a_line_between_the_lines_is_seen_far_below_them():
     """3 % of the rms; a reference that has it as well makes it no difference."""
-    found = signs(shaken(20), shaken(21, added=line))
+    found = detected(shaken(20), shaken(21, added=line))
     assert set(found) == {'harmonic_disturbance'}
     # a quarter of a bin of the whole record: the trend takes some of its flanks
-    frequency = found['harmonic_disturbance'].numbers['frequency_hz'][0]
+    frequency = found['harmonic_disturbance'].parameters['frequency_hz']
     assert frequency == pytest.approx(4.317, abs=0.25 * RATE_HZ / (6 * PERIOD))
-    assert signs(shaken(20, added=line), shaken(21, added=line)) == {}
+    assert detected(shaken(20, added=line), shaken(21, added=line)) == {}
     assert 'harmonic_disturbance' in diagnose_reference(
         shaken(20), shaken(21, added=line)).verdict['class']
 
 
 def test_a_sweep_is_followed_through_what_does_not_repeat():
     """10 % of the rms from 2 to 9 Hz in 130 s, of which 120 s are whole periods."""
-    found = signs(shaken(22, 6.5), shaken(23, 6.5, added=sweep))
+    found = detected(shaken(22, 6.5), shaken(23, 6.5, added=sweep))
     assert set(found) == {'wheel_speed_sweep'}
-    numbers = found['wheel_speed_sweep'].numbers
+    numbers = found['wheel_speed_sweep'].parameters
     # a bin of the windows of 692 or 218 rows
-    assert numbers['start_hz'][0] == pytest.approx(2.0, abs=0.25)
-    assert numbers['end_hz'][0] == pytest.approx(9.0, abs=0.25)
-    told = diagnose_reference(shaken(22, 6.5), shaken(23, 6.5, added=sweep))
-    assert told.verdict['effects'] == ('wheel_speed_sweep',)
+    assert numbers['start_hz'] == pytest.approx(2.0, abs=0.25)
+    assert numbers['end_hz'] == pytest.approx(9.0, abs=0.25)
+    whole = diagnose_reference(shaken(22, 6.5), shaken(23, 6.5, added=sweep))
+    assert whole.candidates[0].effects == ('wheel_speed_sweep',)
 
 
 def test_what_dies_away_is_no_sweep():
     """A start from rest rings for the first seconds only."""
     def start(t):
         return 0.3 * np.exp(-0.15 * t) * np.sin(2 * np.pi * (3.0 + 0.02 * t) * t)
-    assert 'wheel_speed_sweep' not in signs(shaken(24), shaken(25, added=start))
+    assert 'wheel_speed_sweep' not in detected(shaken(24), shaken(25, added=start))
 
 
 def test_what_dies_away_in_every_period_is_no_sweep():
@@ -151,7 +153,7 @@ def test_what_dies_away_in_every_period_is_no_sweep():
     def start(t):
         again = np.random.default_rng(34).standard_normal(6)[(t // 20.0).astype(int)]
         return 0.1 * again * np.exp(-0.3 * (t % 20.0)) * np.sin(2 * np.pi * 1.3 * t)
-    assert 'wheel_speed_sweep' not in signs(shaken(24), shaken(25, added=start))
+    assert 'wheel_speed_sweep' not in detected(shaken(24), shaken(25, added=start))
 
 
 @pytest.mark.parametrize('period_s', [31.0, 20.0])
@@ -159,11 +161,11 @@ def test_a_swing_of_the_level_is_told_with_its_depth(period_s):
     """10 %, at odds with the signal and in step with it, where only the reference tells."""
     def level(t):
         return 1 + 0.1 * np.sin(2 * np.pi * t / period_s)
-    found = signs(shaken(26), shaken(27, begin=250.0, level=level))
+    found = detected(shaken(26), shaken(27, begin=250.0, level=level))
     assert set(found) == {'nonstationary_excitation'}
-    numbers = found['nonstationary_excitation'].numbers
-    assert numbers['depth'][0] == pytest.approx(0.1, abs=0.01)      # windows smooth it by 3 %
-    assert numbers['period_s'][0] == pytest.approx(period_s, rel=0.02)
+    numbers = found['nonstationary_excitation'].parameters
+    assert numbers['depth'] == pytest.approx(0.1, abs=0.01)      # windows smooth it by 3 %
+    assert numbers['period_s'] == pytest.approx(period_s, rel=0.02)
 
 
 def test_bands_that_go_their_own_ways_are_no_swing():
@@ -171,10 +173,10 @@ def test_bands_that_go_their_own_ways_are_no_swing():
     t = np.arange(48)
     phases = np.random.default_rng(28).uniform(0, 2 * np.pi, 6)
     apart = 0.1 * np.sin(2 * np.pi * t[:, None] / 17.0 + phases)
-    assert best_swing(apart)[2] > 1e-2
+    assert common_sine(apart)[2] > 1e-2
     together = 0.1 * np.sin(2 * np.pi * t[:, None] / 17.0 + np.ones(6))
     noise = 1e-3 * np.random.default_rng(29).standard_normal(apart.shape)
-    assert best_swing(together + noise)[2] < 1e-6
+    assert common_sine(together + noise)[2] < 1e-6
     assert gains_of(split(shaken(30)), split(shaken(30)).mean).shape == (48, 6)
 
 

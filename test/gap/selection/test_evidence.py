@@ -3,9 +3,15 @@ import numpy as np
 import pytest
 
 from ssi_ros.effects import parse_effect
-from ssi_ros.gap.candidate import Candidate
-from ssi_ros.gap.meter import distance_of, floor_of_band, Gap
-from ssi_ros.gap.rank import closed, occam, of_size, Ranked
+from ssi_ros.gap.candidate import Candidate, priors_of
+from ssi_ros.gap.inference.goodness_of_fit import distance_of, floor_of_band, Gap
+from ssi_ros.gap.selection.cross_validation import reduction
+from ssi_ros.gap.selection.evidence import log_prior_ratio, Ranked, size_factor
+
+
+def occam(candidate, covariance):
+    """Return the log of posterior over prior volume of a candidate."""
+    return log_prior_ratio(priors_of(candidate), covariance)
 
 
 def test_a_size_that_is_not_seen_is_less_likely_than_none():
@@ -33,15 +39,16 @@ def test_play_that_hardly_shows_does_not_tie_with_a_plain_hinge():
 
 def test_the_likelihood_of_a_size_over_its_prior():
     """A fifth where nothing is seen, a narrow Gaussian where much is, and no step between."""
-    assert of_size(0.0, True) == pytest.approx(0.2, rel=0.08)       # as (113a) has it
-    assert of_size(0.0, False) == of_size(0.0, True)
+    assert size_factor(0.0, True) == pytest.approx(0.2, rel=0.08)       # as (113a) has it
+    assert size_factor(0.0, False) == size_factor(0.0, True)
     # a power of 2 makes every factor of a size two of deviations: its range is as long
-    assert of_size(0.0, True, 2.0) == pytest.approx(0.2, rel=0.08)
+    assert size_factor(0.0, True, 2.0) == pytest.approx(0.2, rel=0.08)
     # the mean of 1 / d over a Gaussian about 10 is 1 % above 1 / 10
     for power in (1.0, 2.0):
-        assert of_size(9.99, True, power) == pytest.approx(of_size(10.01, True, power), rel=0.02)
-    assert of_size(-10.01, False) == pytest.approx(of_size(9.99, False), rel=0.02)
-    assert of_size(-3.0, True) < 1e-3 < of_size(-3.0, False)        # a wrong sign is no size
+        assert size_factor(9.99, True, power) == pytest.approx(
+            size_factor(10.01, True, power), rel=0.02)
+    assert size_factor(-10.01, False) == pytest.approx(size_factor(9.99, False), rel=0.02)
+    assert size_factor(-3.0, True) < 1e-3 < size_factor(-3.0, False)    # a wrong sign is no size
 
 
 @pytest.mark.parametrize('fitted, true_share', [(1.0, 1.0), (0.5, None)])
@@ -60,7 +67,7 @@ def test_the_interval_of_the_closed_share_covers_it(fitted, true_share):
         before, after = (Ranked(None, held_out=tuple(gap_of(f * np.sqrt(s)[..., None])
                                                      for f in folds))
                          for s in (1 + change, left))
-        share, low, high = closed(before, after)
+        share, low, high = reduction(before, after)
         assert low <= share <= high < 5
         covered.append(low <= true_share <= high)
     assert 0.84 <= np.mean(covered) <= 0.96
