@@ -16,8 +16,9 @@ import time
 
 import numpy as np
 
-from ssi_ros.bag import (BagWriter, definition_of, encode_accel, field_reader, open_bag,
-                         read_channels, recover, write_samples)
+from ssi_ros.bag import (
+    BagWriter, definition_of, encode_accel, field_reader, open_bag, read_channels, recover,
+    write_samples)
 from ssi_ros.records import Samples
 
 ACCEL = 'geometry_msgs/msg/AccelStamped'

@@ -16,20 +16,21 @@ import time
 
 import numpy as np
 
-from ssi_ros.effects import effect_class, inject, library, simulate_setup
-from ssi_ros.gap.candidate import Candidate, places
-from ssi_ros.gap.diagnose import diagnose
-from ssi_ros.gap.fit import fit, Simulator
-from ssi_ros.gap.holes import completed, without_rails
-from ssi_ros.gap.likelihood import Evidence
-from ssi_ros.gap.rank import closed, Ranked, try_held_out
-from ssi_ros.gap.scores import make_templates, score
-from ssi_ros.gap.search import at_size
+from ssi_ros.effects import applicable, effect_class, inject, places, simulate_setup
+from ssi_ros.gap.detectors.input_reconstruction import reconstruct
+from ssi_ros.gap.driver import diagnose
+from ssi_ros.gap.inference.model_fit import fit
+from ssi_ros.gap.inference.score_test import make_templates, score
+from ssi_ros.gap.inference.whittle import Evidence
+from ssi_ros.gap.nominal.model import ModelNominal
+from ssi_ros.gap.nominal.simulator import Simulator
+from ssi_ros.gap.nominal.starting_points import at_size
+from ssi_ros.gap.selection.cross_validation import reduction, validated
+from ssi_ros.gap.selection.evidence import Ranked
 from ssi_ros.gap.settings import DiagnosisSettings
-from ssi_ros.gap.spectra import make_frame, spectra
-from ssi_ros.gap.tolerance import no_tolerance, tolerances
-from ssi_ros.gap.torque import reconstruct
+from ssi_ros.gap.spectra.segmentation import make_frame, spectra
 from ssi_ros.model import load_spacecraft
+from ssi_ros.updating.model_uncertainty import no_uncertainty
 from validation.gap_reference import at_decibel
 
 SECONDS = 600.0
@@ -47,10 +48,10 @@ class Oracle:
         self.simulator = Simulator(spacecraft, self.frame, SECONDS)
         samples = simulate_setup(inject(spacecraft, (), SECONDS), 1)
         self.evidence = Evidence(self.frame, spectra(samples, self.frame),
-                                 tuple(range(self.frame.pieces)))
+                                 tuple(range(self.frame.segments)))
         self.nominal = fit(self.simulator, self.evidence)
         self.torque = reconstruct(self.simulator, self.nominal, samples, self.settings)
-        self.free = no_tolerance(self.frame, len(spacecraft.sensors))
+        self.free = no_uncertainty(self.frame, len(spacecraft.sensors))
 
     def detection(self, effect):
         """Return d' of an effect."""
@@ -131,23 +132,18 @@ def record(rng, oracle, effects, seed):
 
 def closed_by_truth(oracle, samples, effects):
     """Return the share of the gap that the effects at their true sizes close, levels fitted."""
-    samples, rails = without_rails(samples, effects)
-    whole = ~np.isnan(samples.values).any(axis=1)
-    frame = make_frame(len(whole), samples.rate_hz, oracle.settings, whole)
     sides = []
     for present in ((), tuple(effects)):
-        simulator, _, evidence, levels = completed(
-            Simulator(oracle.spacecraft, frame, SECONDS, present), samples, rails, oracle.settings)
-        tolerance = tolerances(simulator, Candidate(), levels, oracle.settings)
-        fitted = fit(simulator, evidence, levels=levels, tolerance=tolerance)
-        sides.append(try_held_out(simulator, evidence, Ranked(fitted), oracle.settings, tolerance))
-    return closed(*sides)[0]
+        comparison = ModelNominal(oracle.spacecraft, present).compare(
+            samples, oracle.settings, (), lambda share: None)
+        sides.append(validated(comparison, Ranked(comparison.null)))
+    return reduction(*sides)[0]
 
 
 def run(kind, count, out, first, only=()):
     """Write one line of JSON for every case."""
     oracle = Oracle(load_spacecraft())
-    names = list(only or library())
+    names = list(only or applicable(None))
     for case in range(first, first + count):
         rng = np.random.default_rng(1000 * {'null': 1, 'singles': 2, 'pairs': 3}[kind] + case)
         detection = DETECTION[(case // len(names)) % len(DETECTION)]

@@ -11,7 +11,7 @@ import json
 import numpy as np
 from scipy.stats import beta
 
-from ssi_ros.effects import effect_class, library
+from ssi_ros.effects import applicable, effect_class
 from ssi_ros.effects.base import is_log
 from validation.report import figure, table, write
 
@@ -70,7 +70,7 @@ def draw_detection(cases):
 
 def draw_confusion(cases):
     """Draw what was told against what was there, of the gaps seen."""
-    names = list(library())
+    names = list(applicable(None))
     told = names + ['two effects', 'unexplained']
     counts = np.zeros((len(names), len(told)))
     for case in filter(detected, cases):

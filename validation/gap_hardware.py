@@ -13,7 +13,8 @@ import time
 import numpy as np
 from scipy.signal import resample_poly
 from ssi_ros.effects import effect_class
-from ssi_ros.gap.reference import diagnose_reference
+from ssi_ros.gap.driver import diagnose
+from ssi_ros.gap.nominal.recorded import RecordedNominal
 from ssi_ros.records import Samples
 
 from validation.gap_reference import bridge, data_folder, f16
@@ -148,7 +149,7 @@ def nulls(*names, ways=WAYS, splits=SPLITS):
 def timed(one, two):
     """Return the diagnosis and the CPU seconds that it took."""
     begin = time.process_time()
-    found = diagnose_reference(one, two)
+    found = diagnose(RecordedNominal(one), two)
     return found, time.process_time() - begin
 
 
@@ -189,7 +190,7 @@ def told(found, effect, truth):
     named = ' + '.join(found.verdict['effects'])
     good = effect in found.verdict['class']
     places = [k.split('.', 1)[1] for k in top.parameters if k.count('.') > 1]
-    site = max(found.where['site'], key=found.where['site'].get) if named else ''
+    site = max(found.where.site, key=found.where.site.get) if named else ''
     values = ', '.join(
         f'{k.split(".")[1]} {v.value:.4g} ({truth[k.split(".")[1]]:.4g})'
         for k, v in top.parameters.items() if named and k.split('.')[1] in truth)

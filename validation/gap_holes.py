@@ -9,7 +9,7 @@ import time
 
 import numpy as np
 from ssi_ros.effects import inject, parse_effect, simulate_setup
-from ssi_ros.gap.diagnose import diagnose
+from ssi_ros.gap.driver import diagnose
 from ssi_ros.model import load_spacecraft
 
 from validation.gap_reference import at_decibel, SECONDS

@@ -10,9 +10,9 @@ import time
 import numpy as np
 from ssi_ros.effects import inject, parse_effect, simulate_setup
 from ssi_ros.effects.stream import stream_setup
-from ssi_ros.gap.alarm import quiet, step
-from ssi_ros.gap.live import LiveGap
-from ssi_ros.gap.live_model import LiveSettings, prepare
+from ssi_ros.gap.online.calibration import LiveSettings, prepare
+from ssi_ros.gap.online.e_detector import quiet, step
+from ssi_ros.gap.online.sliding import LiveGap
 from ssi_ros.model import load_spacecraft
 
 DECLARED_S = (3600.0, 4 * 3600.0, 24 * 3600.0, 30 * 86400.0)

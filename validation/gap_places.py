@@ -9,14 +9,15 @@ of d' = 8 has a score of 8 times that. Random over the ranges that a spacecraft 
 import argparse
 
 import numpy as np
-from ssi_ros.effects import effect_class
-from ssi_ros.gap.candidate import Candidate, places, starting_points
-from ssi_ros.gap.fit import Simulator
-from ssi_ros.gap.scores import make_templates, promise
+from ssi_ros.effects import effect_class, places
+from ssi_ros.gap.candidate import Candidate
+from ssi_ros.gap.inference.score_test import make_templates, promise
+from ssi_ros.gap.nominal.simulator import Simulator
+from ssi_ros.gap.nominal.starting_points import starting_points
 from ssi_ros.gap.settings import DiagnosisSettings
-from ssi_ros.gap.spectra import make_frame
-from ssi_ros.gap.tolerance import no_tolerance
+from ssi_ros.gap.spectra.segmentation import make_frame
 from ssi_ros.model import load_spacecraft
+from ssi_ros.updating.model_uncertainty import no_uncertainty
 
 SECONDS = 600.0
 RANGES = {      # of numbers but the size; True: even in the logarithm
@@ -55,7 +56,7 @@ def main(count):
         known = {id(e) for e in effects}
         own = np.array([id(e) in known for e in templates.effects])
         _, cosine = promise(templates, simulator.expected(Candidate()), frame,
-                            no_tolerance(frame, len(spacecraft.sensors)))
+                            no_uncertainty(frame, len(spacecraft.sensors)))
         # the size of some has either sign
         seen = cosine[np.ix_(own, ~own)]
         best = (seen if effects[0].one_sided() else np.abs(seen)).max(axis=1)

@@ -13,8 +13,9 @@ import time
 import numpy as np
 from scipy.io import loadmat
 from ssi_ros.effects import inject, parse_effect, simulate_setup
-from ssi_ros.gap.indirect import at_levels
-from ssi_ros.gap.reference import diagnose_reference
+from ssi_ros.gap.driver import diagnose
+from ssi_ros.gap.nominal.recorded import RecordedNominal
+from ssi_ros.gap.nominal.simulator import at_levels
 from ssi_ros.model import load_spacecraft
 from ssi_ros.records import Samples
 
@@ -56,7 +57,7 @@ def null(runs, duration_s=SECONDS, channels=4):
         loud = at_decibel(quiet, np.random.default_rng(seed).uniform(-3, 3))
         pair = [few(simulate_setup(inject(s, (), duration_s), 30_000 + 2 * seed + k), channels)
                 for k, s in enumerate((quiet, loud))]
-        found = diagnose_reference(*pair)
+        found = diagnose(RecordedNominal(pair[0]), pair[1])
         alarms.append(found.outcome != 'WITHIN_FLOOR')
         if alarms[-1]:
             print(f'{seed}: p = {found.gap["p_value"]:.2g}, {found.reason[:90]}, {found.signs}',
@@ -85,9 +86,9 @@ def effects(first=0, step=1):
         before = simulate_setup(inject(spacecraft, (), SECONDS), 50_000 + k)
         after = simulate_setup(inject(spacecraft, [effect], SECONDS), 60_000 + k)
         begin = time.process_time()
-        found = diagnose_reference(before, after)
+        found = diagnose(RecordedNominal(before), after)
         took = time.process_time() - begin
-        site = max(found.where['site'], key=found.where['site'].get)
+        site = max(found.where.site, key=found.where.site.get)
         place = [k.split('.', 1)[1] for k in found.candidates[0].parameters if k.count('.') > 1]
         print(f'| {case} | {found.outcome} | {" + ".join(found.verdict["effects"])} '
               f'{" ".join(place)} | {"yes" if effect.name in found.verdict["class"] else "no"} | '
@@ -122,7 +123,7 @@ def records():
     for name, pair in (('level 1, its halves', halves(one)), ('level 5', (one, five)),
                        ('level 2', (one, two)), ('bridge, its halves', halves(bridge(folder)))):
         begin = time.process_time()
-        found = diagnose_reference(*pair)
+        found = diagnose(RecordedNominal(pair[0]), pair[1])
         print(f'## {name} ({time.process_time() - begin:.1f} s CPU)\n\n```\n{text(found)}\n'
               f'class: {", ".join(found.verdict["class"])}\n```\n', flush=True)
 

@@ -13,15 +13,16 @@ import numpy as np
 from scipy.stats import norm
 from ssi_ros.effects import inject, parse_effect, simulate_setup
 from ssi_ros.gap.candidate import Candidate
-from ssi_ros.gap.fit import fit, Simulator
-from ssi_ros.gap.holes import completed, without_rails
-from ssi_ros.gap.scores import score
+from ssi_ros.gap.inference.model_fit import fit
+from ssi_ros.gap.inference.score_test import score
+from ssi_ros.gap.inference.unmodelled.scores import score_constant
+from ssi_ros.gap.inference.unmodelled.templates import constant_templates
+from ssi_ros.gap.nominal.simulator import Simulator
 from ssi_ros.gap.settings import DiagnosisSettings
-from ssi_ros.gap.spectra import make_frame
-from ssi_ros.gap.strange import score_strangers
-from ssi_ros.gap.strangers import make_strangers
-from ssi_ros.gap.tolerance import tolerances
+from ssi_ros.gap.spectra.imputation import completed, without_clipped
+from ssi_ros.gap.spectra.segmentation import make_frame
 from ssi_ros.model import load_spacecraft
+from ssi_ros.updating.model_uncertainty import model_uncertainty
 
 SEED = 6000
 # seconds, what is injected, share of the records
@@ -35,15 +36,15 @@ NUMBERS = ('frequency of mode 1 ', 'damping of mode 1 ', 'damping of mode 2 ')
 def scores_of(spacecraft, strangers, seconds, effects, seed):
     """Return the raw and the standardised scores of one record, shape (2, t)."""
     settings = DiagnosisSettings()
-    samples, rails = without_rails(simulate_setup(inject(spacecraft, effects, seconds), seed),
-                                   effects)
+    samples = simulate_setup(inject(spacecraft, effects, seconds), seed)
+    samples, limits = without_clipped(samples, effects)
     frame = make_frame(len(samples.values), samples.rate_hz, settings,
                        ~np.isnan(samples.values).any(axis=1))
     simulator, _, evidence, levels = completed(
-        Simulator(spacecraft, frame, seconds), samples, rails, settings)
-    tolerance = tolerances(simulator, Candidate(), levels, settings)
-    fitted = fit(simulator, evidence, Candidate(effects), levels, tolerance=tolerance)
-    return [f(strangers, fitted, evidence, tolerance).z for f in (score, score_strangers)]
+        Simulator(spacecraft, frame, seconds), samples, limits, settings)
+    uncertainty = model_uncertainty(simulator, Candidate(), levels, settings)
+    fitted = fit(simulator, evidence, Candidate(effects), levels, uncertainty=uncertainty)
+    return [f(strangers, fitted, evidence, uncertainty).z for f in (score, score_constant)]
 
 
 def main(records):
@@ -54,12 +55,12 @@ def main(records):
     for seconds, text, share in CASES:
         effects = tuple(parse_effect(t) for t in (text,) if t)
         rows, count = round(seconds * spacecraft.rate_hz), max(2, round(share * records))
-        strangers = make_strangers(Simulator(
+        strangers = constant_templates(Simulator(
             spacecraft, make_frame(rows, spacecraft.rate_hz, DiagnosisSettings()), seconds))
         raw, z = np.array([scores_of(spacecraft, strangers, seconds, effects, SEED + i)
                            for i in range(count)]).swapaxes(0, 1)
-        adds = np.array([s.adds for s in strangers.effects])
-        p = np.where(adds, norm.sf(z), 2 * norm.sf(np.abs(z))).min(axis=1) * len(adds)
+        positive = np.array([s.positive for s in strangers.effects])
+        p = np.where(positive, norm.sf(z), 2 * norm.sf(np.abs(z))).min(axis=1) * len(positive)
         for number in NUMBERS:
             at = [i for i, s in enumerate(strangers.effects) if number in s.text]
             against, own = strangers.effects[at[0]].scatter, z[:, at]

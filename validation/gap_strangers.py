@@ -3,7 +3,7 @@ Diagnose records with an effect that is not in the library: how many are told to
 
     python -m validation.gap_strangers [SEEDS]
 
-Sizes are in units of d', what an oracle that knows the effect would see, levels and tolerances
+Sizes are in units of d', what an oracle that knows the effect would see, levels and model errors
 projected out; of gains that wander it is the amplitude of half a cosine over the record. Every
 record: 600 s, level within 3 dB of the model's.
 """
@@ -15,15 +15,15 @@ import numpy as np
 from ssi_ros.effects import inject, simulate_setup
 from ssi_ros.effects.edits import add_part
 from ssi_ros.gap.candidate import Candidate
-from ssi_ros.gap.diagnose import diagnose
-from ssi_ros.gap.expected import expected
-from ssi_ros.gap.fit import Simulator
-from ssi_ros.gap.scores import power_of, promise, Templates
+from ssi_ros.gap.driver import diagnose
+from ssi_ros.gap.inference.score_test import promise, Templates
+from ssi_ros.gap.nominal.simulator import Simulator
 from ssi_ros.gap.settings import DiagnosisSettings
-from ssi_ros.gap.spectra import make_frame
-from ssi_ros.gap.tolerance import tolerances
+from ssi_ros.gap.spectra.expected_periodogram import expected, power_of
+from ssi_ros.gap.spectra.segmentation import make_frame
 from ssi_ros.model import load_spacecraft
 from ssi_ros.model.excitation import Coloured, White
+from ssi_ros.updating.model_uncertainty import model_uncertainty
 
 from validation.gap_reference import at_decibel
 
@@ -105,13 +105,13 @@ def size_for(simulator, make, size, detection, settings):
     """Return the size of a stranger that an oracle sees with so many deviations."""
     nominal = simulator.expected(Candidate())
     ones = np.ones(len(nominal.names))
-    tolerance = tolerances(simulator, Candidate(), ones, settings)
+    uncertainty = model_uncertainty(simulator, Candidate(), ones, settings)
     for _ in range(4):
         there = expected(make(simulator.setup(Candidate()), size), simulator.frame)
         change = there.at(np.ones(len(there.names))) - nominal.at(ones)
         templates = Templates(('stranger',), change.mean(axis=0)[None], {},
                               power_of(nominal.shares[:-1]))
-        size *= detection / promise(templates, nominal, simulator.frame, tolerance)[0][0]
+        size *= detection / promise(templates, nominal, simulator.frame, uncertainty)[0][0]
     return size
 
 

@@ -23,7 +23,7 @@ import threading
 import time
 
 from ssi_ros.effects import inject, load_configuration, parse_effect, simulate_setup
-from ssi_ros.gap.diagnose import diagnose
+from ssi_ros.gap.driver import diagnose
 from ssi_ros.monitor.screen import Screen
 from ssi_ros.monitor.watch import Status, Watch, with_health, with_window
 from ssi_ros.report.bag_page import bag_page, Judged, windows_of

@@ -1,0 +1,138 @@
+"""
+Diagnose records with gaps: alarms where nothing is wrong, effects at d' = 8, what is said.
+
+    python -m validation.gap_missing null RECORDS [PATTERN ...]
+    python -m validation.gap_missing reference RECORDS [PATTERN ...]
+    python -m validation.gap_missing effects RECORDS
+    python -m validation.gap_missing short RECORDS [SECONDS ...]
+
+Every record: of the package's own simulator, level within 3 dB of the model's, 600 s but where
+SECONDS are given. Rows are taken out at places drawn with the seed of the record.
+"""
+from dataclasses import replace
+import sys
+import time
+
+import numpy as np
+from ssi_ros.effects import inject, parse_effect, simulate_setup
+from ssi_ros.gap.driver import diagnose
+from ssi_ros.gap.nominal.model import ModelNominal
+from ssi_ros.gap.nominal.recorded import RecordedNominal
+from ssi_ros.model import load_spacecraft
+
+from validation.gap_reference import at_decibel, SECONDS
+
+SEED = 23_000_000
+# length of a gap [s], their number, channels that they are on (all if empty)
+PATTERNS = {
+    'none': (0.0, 0, ()), '1 of 0.6 s': (0.6, 1, ()), '30 of 0.5 s': (0.5, 30, ()),
+    '1 of 2 s': (2.0, 1, ()), '30 of 2 s': (2.0, 30, ()), '6 of 10 s': (10.0, 6, ()),
+    '30 of 10 s': (10.0, 30, ()), '1 of 60 s': (60.0, 1, ()), '5 of 60 s': (60.0, 5, ()),
+    '1 of 300 s': (300.0, 1, ()), '12 of 5 s on one channel': (5.0, 12, (1,)),
+    'a channel dies at half': (0.5, 'dies', (2,)),
+    'a channel starts after 60 s': (0.1, 'late', (0,)), 'a channel dead': (1.0, 'late', (3,)),
+}
+
+
+def with_gaps(samples, pattern, seed):
+    """Return samples without the rows of a pattern, at places drawn at random."""
+    length_s, count, channels = PATTERNS[pattern]
+    values = np.array(samples.values)
+    columns = list(channels) or slice(None)
+    if count == 'dies':
+        values[int(length_s * len(values)):, columns] = np.nan
+    elif count == 'late':
+        values[:int(length_s * len(values)), columns] = np.nan
+    elif count:
+        rows = int(length_s * samples.rate_hz)
+        free = len(values) - count * rows
+        starts = np.sort(np.random.default_rng(seed).choice(free, count, replace=False))
+        for i, start in enumerate(starts):
+            first = start + i * rows
+            values[first:first + rows, columns] = np.nan
+    return replace(samples, values=values)
+
+
+def record(spacecraft, effects, seed, seconds=SECONDS):
+    """Return a record at a level drawn at random."""
+    craft = at_decibel(spacecraft, np.random.default_rng(seed).uniform(-3, 3))
+    return simulate_setup(inject(craft, effects, seconds), seed)
+
+
+def null(what, count, *patterns):
+    """Print the outcomes of records without effect, against the model or another recording."""
+    spacecraft = load_spacecraft()
+    nominal = ModelNominal(spacecraft) if what == 'null' else RecordedNominal(
+        simulate_setup(inject(spacecraft, (), SECONDS), SEED - 1))
+    print('| gaps | missing | alarms | least p | mean CPU s |\n' + '|---' * 5 + '|', flush=True)
+    for pattern in patterns or PATTERNS:
+        begin, found = time.process_time(), []
+        for seed in range(SEED, SEED + count):
+            samples = with_gaps(record(spacecraft, (), seed), pattern, seed)
+            found.append(diagnose(nominal, samples))
+            if found[-1].outcome != 'WITHIN_FLOOR':
+                print(f'<!-- {seed}: {found[-1].outcome}: {found[-1].reason}; '
+                      f'{found[-1].verdict}; {found[-1].signs} -->', flush=True)
+        lost = np.isnan(samples.values).any(axis=1).mean()
+        alarms = sum(f.outcome != 'WITHIN_FLOOR' for f in found)
+        took = (time.process_time() - begin) / count
+        print(f'| {pattern} | {100 * lost:.2g} % | {alarms} of {count} | '
+              f'{min(f.gap["p_value"] for f in found):.2g} | {took:.1f} |', flush=True)
+
+
+def short(count, *seconds):
+    """Print the outcomes of whole records without effect, of several lengths."""
+    spacecraft = load_spacecraft()
+    print('| length | alarms | p < 0.01 | least p | mean CPU s |\n' + '|---' * 5 + '|', flush=True)
+    for length in map(float, seconds or (30, 60, 120, 300)):
+        begin, found = time.process_time(), []
+        for seed in range(SEED, SEED + count):
+            found.append(diagnose(spacecraft, record(spacecraft, (), seed, length)))
+        p = np.array([f.gap['p_value'] for f in found])
+        alarms = [f for f in found if f.outcome != 'WITHIN_FLOOR']
+        for f in alarms:
+            print(f'<!-- {f.outcome}: {f.reason}; p = {f.gap["p_value"]:.2g} -->', flush=True)
+        print(f'| {length:g} s | {len(alarms)} of {count} | {np.sum(p < 0.01)} | {p.min():.2g} | '
+              f'{(time.process_time() - begin) / count:.1f} |', flush=True)
+
+
+EFFECTS = ('stiffness_scale:scale=1.0023', 'hub_inertia:scale=1.06', 'sensor_gain:channel=e2_b,'
+           'scale=1.004', 'damping_scale:scale=1.17', 'channel_delay:channel=e2_b,delay_s=0.0001',
+           'harmonic_disturbance:frequency_hz=12.345,torque_n_m=0.03',
+           'sensor_noise:channel=e1_b,scale=1.08', 'clock_rate:ppm=400')
+
+
+def effects(count):
+    """Print how effects are named with a tenth missing, and with a tenth less time instead."""
+    spacecraft = load_spacecraft()
+    print('| injected | gaps | named | in its class | interval covers |\n' + '|---' * 5 + '|')
+    for text in EFFECTS:
+        effect = parse_effect(text)
+        for pattern, seconds in (('none', 0.9 * SECONDS), ('6 of 10 s', SECONDS),
+                                 ('30 of 2 s', SECONDS)):
+            named = alike = held = valued = 0
+            for seed in range(SEED, SEED + count):
+                samples = record(spacecraft, (effect,), seed, seconds)
+                found = diagnose(spacecraft, with_gaps(samples, pattern, seed))
+                named += found.verdict['effects'] == (effect.name,)
+                alike += effect.name in found.verdict['class']
+                values = found.candidates[0].parameters.get(f'{effect.name}.{effect.size}')
+                valued += values is not None
+                held += values is not None and (
+                    values.low90 <= getattr(effect, effect.size) <= values.high90)
+            print(f'| {text} | {pattern} | {named} of {count} | {alike} | {held} of {valued} |',
+                  flush=True)
+
+
+def main(what, *arguments):
+    """Print the table that is asked for."""
+    if what in ('null', 'reference'):
+        null(what, int(arguments[0]), *arguments[1:])
+    elif what == 'short':
+        short(int(arguments[0]), *arguments[1:])
+    elif what == 'effects':
+        effects(int(arguments[0]))
+
+
+if __name__ == '__main__':
+    main(*sys.argv[1:])
