@@ -6,7 +6,7 @@ export ROS_AUTOMATIC_DISCOVERY_RANGE = LOCALHOST
 export FASTDDS_BUILTIN_TRANSPORTS ?= UDPv4
 export ROS_PYTHON_CHECK_FIELDS = 1
 
-.PHONY: help demo test docs lint bench lock bench-lock clean
+.PHONY: help demo test test-slow docs lint bench lock bench-lock clean
 help:  ## show the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 12
 
@@ -22,9 +22,12 @@ $(VENV)/.ready: requirements.lock setup.py setup.cfg
 demo: $(VENV)/.ready  ## simulate, identify live, record to MCAP, replay, compare
 	@$(BIN)/ssi_ros demo
 
-test: $(VENV)/.ready  ## all tests: what runs by the clock alone, the rest on up to four cores
-	@$(BIN)/python -m pytest test -m by_the_clock
-	@$(BIN)/python -m pytest test -m 'not by_the_clock' --numprocesses=logical --maxprocesses=4 --dist=loadfile
+test: $(VENV)/.ready  ## all tests: what runs by the clock first, then the rest on up to four cores
+	@$(BIN)/python -m pytest test -m by_the_clock --numprocesses=2 --dist=loadfile
+	@$(BIN)/python -m pytest test -m 'not by_the_clock and not slow' --numprocesses=logical --maxprocesses=4 --dist=loadfile
+
+test-slow: $(VENV)/.ready  ## an injection of every effect and other long ones, about 5 minutes on two cores
+	@$(BIN)/python -m pytest test/gap test/updating test/blindgen -m slow --numprocesses=logical --maxprocesses=4 --dist=worksteal
 
 docs: $(VENV)/.ready  ## make the reference from the code, and the site in build/site
 	@$(BIN)/python -m ssi_ros.ros.reference docs/reference >/dev/null

@@ -2,14 +2,15 @@
 Add an effect of your own, inject it, and let the diagnosis find it.
 
 In a package of your own the class stands in a module that an entry point of the group
-`ssi_ros.effects` names; nothing else is needed. Here it is simply defined.
+`ssi_ros.effects` names; nothing else is needed. Here it is simply defined. A detector, where no
+spectrum shows an effect, would stand beside it: see docs/how-to/own-effect.md.
 """
 from dataclasses import replace
 
 import numpy as np
 
-from ssi_ros.effects import Effect, effect, inject, simulate_setup, Site
-from ssi_ros.gap.diagnose import diagnose
+from ssi_ros.effects import Effect, effect, inject, ModalPattern, simulate_setup, Site
+from ssi_ros.gap.driver import diagnose
 from ssi_ros.model import displacement_row, load_spacecraft, natural_modes
 from ssi_ros.quantity import quantity
 
@@ -23,6 +24,7 @@ class CableLoom(Effect):
     size = 'stiffness_n_m'                  # null here: no effect
     reference = 'strain energy of a spring between hub and array'
     starts = {'stiffness_n_m': (1.0,)}      # where fits begin, and what scores it
+    patterns = (ModalPattern.MODE_FREQUENCIES,)     # what a recording without a model shows of it
 
     array: str = quantity('E1', doc='array')
     stiffness_n_m: float = quantity(0.0, unit='N/m', low=0.0, high=1e4, doc='of the cable')
