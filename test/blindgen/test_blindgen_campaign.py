@@ -158,7 +158,7 @@ def test_a_tool_gets_one_case_and_nothing_else(folder):
         model = yaml.safe_load(what['model'])
         assert model['uncertainty']['frequency'] > 0.01 and name not in what['model']
         took = read_json(folder / 'runs' / f'{name}.json')
-        assert took['exit'] == 0 and 0 < took['seconds'] < 60 and 5 < took['peak_mb'] < 1000
+        assert took['exit'] == 0 and 0 < took['seconds'] and 5 < took['peak_mb'] < 1000
 
 
 def test_a_case_says_nothing_beside_its_samples(folder):
