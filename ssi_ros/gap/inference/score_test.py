@@ -65,12 +65,14 @@ class Scores:
         possible = np.array([not e.one_sided() for e in self.effects]) | (self.z > 0)
         return np.where(possible, self.z ** 2 / 2, 0.0)
 
-    def p_value(self):
-        """Return the chance of so large a score somewhere where the model is right."""
+    def p_value(self, signed=False):
+        """Return the chance of so large a score somewhere, `signed`: of a sign that can be."""
+        sided = np.array([signed and e.one_sided() for e in self.effects], bool)
         values, vectors = np.linalg.eigh(self.cosine)
         root = vectors * np.sqrt(np.maximum(values, 0.0))
         draws = np.random.default_rng(0).standard_normal((DRAWS, len(root))) @ root.T
-        return tail_of_largest(np.max(np.abs(self.z)), np.abs(draws).max(axis=1))
+        return tail_of_largest(*(np.where(sided, z, np.abs(z)).max(axis=-1)
+                                 for z in (self.z, draws)))
 
 
 def tail_of_largest(found, largest, least=0.0):

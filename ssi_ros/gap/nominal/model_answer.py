@@ -72,12 +72,13 @@ def fit_of(found, side):
         found.likelihood + side.log_density, found.levels, found)
 
 
-def score_test_of(scores, scatter=1.0):
-    """Return the ScoreTest that all nominals share; `scatter`, (t,), is that of the scores."""
+def score_test_of(scores, scatter=1.0, signed=False):
+    """Return the ScoreTest that all nominals share; `scatter`, (t,), and sign of the scores."""
     found = replace(scores, z=scores.z / scatter)
     return ScoreTest(
         found.effects, tuple((e.name,) for e in found.effects), found.z,
-        np.array([e.one_sided() for e in found.effects]), found.gains(), found.p_value(), scores)
+        np.array([e.one_sided() for e in found.effects]), found.gains(),
+        found.p_value(signed), scores)
 
 
 def joined_tests(test, gap, p_values, detections, odd, trials):
