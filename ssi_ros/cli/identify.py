@@ -136,11 +136,18 @@ def _summary(windows, grid, names, method, first_ns):
                   ('missing', 'late', 'duplicates', 'out_of_order', 'not_finite', 'bad_stamps')}
         if any(faults.values()):
             lines.append(f'{name}: ' + ', '.join(f'{v} {k}' for k, v in faults.items() if v))
+        if count.off_rate:
+            lines.append(f'{name}: {count.off_rate} of {count.received} samples do not come at the '
+                         f'rate of the others (in the end it is {count.rate_hz:.5g} Hz) and are '
+                         'left out')
     for old, new in grid.jumps[:JUMPS_SHOWN]:
         lines.append(f'the clock jumped by {(new - old) * 1e-9:+.3f} s at '
                      f'{(old - first_ns) * 1e-9:.1f} s: a new window began there')
     if len(grid.jumps) > JUMPS_SHOWN:
         lines.append(f'the clock jumped {len(grid.jumps)} times in all')
+    for at, name in grid.turns[:JUMPS_SHOWN]:
+        lines.append(f'the rate of {name} changed before {(at - first_ns) * 1e-9:.1f} s: a new '
+                     'window began there')
     refused = [w for w in windows if not w.modes]
     names = names[:len(names) - len(method.inputs)]
     by = '' if method.name == 'ssi_cov' else f', {method.name}' + (

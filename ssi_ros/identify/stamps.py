@@ -18,6 +18,7 @@ class ChannelCount:
     late: int = 0
     not_finite: int = 0
     bad_stamps: int = 0
+    off_rate: int = 0
     rate_hz: float = float('nan')
     longest_gap_s: float = 0.0
 

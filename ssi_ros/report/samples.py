@@ -2,6 +2,7 @@
 import numpy as np
 
 from ssi_ros.identify.grid import Grid
+from ssi_ros.identify.pace import misfit
 from ssi_ros.identify.stamps import batches, nothing_on
 from ssi_ros.records import Samples
 
@@ -26,8 +27,8 @@ def samples_of(recording, rate_hz=0.0):
     Raises
     ------
     ValueError
-        Without samples, if they come at another rate than the one given, or if the clock jumps
-        in the record.
+        Without samples, if a channel comes at another rate than the one given or that of the
+        others, or if the clock or a rate jumps in the record.
 
     """
     if rate_hz:
@@ -40,6 +41,11 @@ def samples_of(recording, rate_hz=0.0):
     rows = grid.rows(flush=True)
     if not rows:
         raise ValueError(nothing_on(grid))
+    for at_ns, name in grid.turns:
+        raise ValueError(f'the rate of {name} changes before {(at_ns - rows[0].origin_ns) * 1e-9:.1f}'
+                         ' s; cut the record there and give one end')
+    if not rate_hz:
+        _check_rate(recording, grid.rate_hz)
     if len({r.segment for r in rows}) > 1:
         raise ValueError('the clock of the bag jumps; cut the bag there and give one end')
     return Samples(np.concatenate([r.values for r in rows]), rows[0].rate_hz, recording.names,
@@ -47,12 +53,16 @@ def samples_of(recording, rate_hz=0.0):
 
 
 def _check_rate(recording, rate_hz):
-    for name, stamps in zip(recording.names, recording.stamps_ns):
-        steps = np.diff(stamps) * 1e-9
-        if len(steps) < 2 or np.median(steps) <= 0.0:
-            continue
-        # however many samples are lost, some steps are single ones; too slow: none is
-        if np.quantile(steps, 0.01) > 1.5 / rate_hz or np.mean(steps) < 0.67 / rate_hz:
-            raise ValueError(
-                f'{name} comes at {1.0 / np.median(steps):.4g} Hz, not at the {rate_hz:g} Hz '
-                'asked for; set rate_hz to its rate, in the spacecraft YAML if there is a model')
+    """Raise ValueError where channels do not come at the rate, given or that of the others."""
+    wrong = {n: w for n, s in zip(recording.names, recording.stamps_ns)
+             if (w := misfit(n, s, rate_hz))}
+    if not wrong:
+        return
+    some = list(wrong.values())[:1 if len(wrong) == len(recording.names) else None]
+    sentence = ', '.join(some) + f', not at the {rate_hz:.5g} Hz'
+    if len(wrong) == len(recording.names):
+        raise ValueError(f'{sentence} asked for; set rate_hz to its rate, in the spacecraft YAML '
+                         'if there is a model')
+    raise ValueError(f'{sentence} of the others: channels of one record have to share a rate, since '
+                     'samples interpolated from one to another are no longer what was measured; '
+                     'record them at one rate, or leave the channel out of the bag')
