@@ -10,6 +10,8 @@ era and okid tell no spreads; all but ssi_cov need every sample.
 """
 from pathlib import Path
 
+from ssi_ros.whole_file import write_whole
+
 HELP = 'frequencies and damping of a bag, on sliding windows'
 EXAMPLE = 'ssi_ros identify bags/quiet --window-s 60 --hop-s 10 --json -'
 JUMPS_SHOWN = 10          # jumps of the clock that are printed one by one
@@ -86,7 +88,7 @@ def run(args):
         if args.json == '-':
             print(text)
         else:
-            Path(args.json).write_text(text)
+            write_whole(args.json, text)
     out = sys.stderr if args.json == '-' else sys.stdout
     print(coloured(_summary(windows, grid, recording.names, method, first_ns), out), file=out)
     if args.modes:
@@ -137,9 +139,9 @@ def _summary(windows, grid, names, method, first_ns):
         if any(faults.values()):
             lines.append(f'{name}: ' + ', '.join(f'{v} {k}' for k, v in faults.items() if v))
         if count.off_rate:
-            lines.append(f'{name}: {count.off_rate} of {count.received} samples do not come at the '
-                         f'rate of the others (in the end it is {count.rate_hz:.5g} Hz) and are '
-                         'left out')
+            lines.append(f'{name}: {count.off_rate} of {count.received} samples do not come at '
+                         f'the rate of the grid (in the end {count.rate_hz:.5g} Hz) and are left '
+                         'out')
     for old, new in grid.jumps[:JUMPS_SHOWN]:
         lines.append(f'the clock jumped by {(new - old) * 1e-9:+.3f} s at '
                      f'{(old - first_ns) * 1e-9:.1f} s: a new window began there')

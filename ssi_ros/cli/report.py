@@ -6,6 +6,8 @@ spacecraft, diagnosed, and its modes move on it.
 """
 from pathlib import Path
 
+from ssi_ros.whole_file import write_whole
+
 HELP = 'one interactive page of a bag'
 EXAMPLE = 'ssi_ros report night_1 --model config/spacecraft.yaml --output night_1.html'
 
@@ -63,7 +65,7 @@ def run(args):
              *((k, v) for k, v in bag.custom_data.items() if v)]
     with Progress('drawing'):
         text = bag_page(args.bag.name, samples, windows, facts=facts, judged=judged)
-    output.write_text(text, encoding='utf-8')
+    write_whole(output, text)
     if judged is not None and judged.diagnosis is not None:
         print(f'{judged.diagnosis.outcome}: {headline(judged.diagnosis.to_json())}')
     print(f'wrote {output}: {len(windows[-1].modes)} modes in the last of {len(windows)} windows, '

@@ -42,8 +42,9 @@ class Grid:
     """
     Collect stamped samples, hand out complete rows.
 
-    A channel whose stamps do not fit the rate is left out, and so is one that changes its rate where
-    that is given; where it is estimated, the grid is made anew at the rate that most channels share.
+    A channel whose stamps do not fit the rate is left out, and so is one that changes its rate
+    where that is given; where it is estimated, the grid is made anew at the rate that most
+    channels share.
 
     Parameters
     ----------
@@ -224,7 +225,7 @@ class Grid:
 
     def _judge(self, parts, dt):
         """
-        Leave out the samples of channels at another rate; cut all where a channel has left its own.
+        Leave out the samples of channels at another rate; cut all where a channel changes its.
 
         Returns
         -------

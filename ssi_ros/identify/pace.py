@@ -1,9 +1,9 @@
 """
 Whether stamps come at the rate of the grid: a comb with the grid's period is held against them.
 
-Stamps t_k in ticks of the grid give the phasors exp(2 pi i t_k). At the rate of the grid, or a whole
-part of it, they point one way however many samples are lost; at another rate they turn, and their
-mean is short. Jitter shortens it too, but then no other comb holds them together.
+Stamps t_k in ticks of the grid give the phasors exp(2 pi i t_k). At the rate of the grid, or a
+whole part of it, they point one way however many samples are lost; at another rate they turn, and
+their mean is short. Jitter shortens it too, but then no other comb holds them together.
 """
 from dataclasses import dataclass
 
@@ -12,7 +12,7 @@ import numpy as np
 SHORT = 64              # stamps that tell a gross difference, 2 % or more
 LONG = 256              # stamps that tell a fine one
 TOGETHER = 0.5          # mean phasor below which stamps are not on the comb: jitter of 0.19 ticks
-COMB = 0.7              # what another comb must reach to be believed: a step of half a tick gives 0.64
+COMB = 0.7              # of another comb, to be believed: a step by half a tick gives 0.64
 CROWDED = 1.2           # samples a tick, of different stamps, beyond which the grid is too slow
 DRIFT = 1e-3            # relative difference of a rate that fits: clocks drift by 1e-4
 LOST = 1.5e-3           # the same for one that has fitted so far
@@ -43,7 +43,7 @@ def fits(ticks, drift=DRIFT):
     span = ticks[-1] - ticks[0]
     if len(ticks) - 1 > CROWDED * span:
         return False
-    parts = [p for p in np.array_split(ticks, max(1, len(ticks) // SHORT))]
+    parts = np.array_split(ticks, max(1, len(ticks) // SHORT))
     means = np.array([_mean(p) for p in parts])
     if np.abs(means).min() >= TOGETHER:
         return len(parts) < LONG // SHORT or abs(_drift(parts, means)) <= drift

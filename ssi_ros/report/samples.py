@@ -42,8 +42,9 @@ def samples_of(recording, rate_hz=0.0):
     if not rows:
         raise ValueError(nothing_on(grid))
     for at_ns, name in grid.turns:
-        raise ValueError(f'the rate of {name} changes before {(at_ns - rows[0].origin_ns) * 1e-9:.1f}'
-                         ' s; cut the record there and give one end')
+        at_s = (at_ns - rows[0].origin_ns) * 1e-9
+        raise ValueError(f'the rate of {name} changes before {at_s:.1f} s; cut the record there '
+                         'and give one end')
     if not rate_hz:
         _check_rate(recording, grid.rate_hz)
     if len({r.segment for r in rows}) > 1:
@@ -63,6 +64,6 @@ def _check_rate(recording, rate_hz):
     if len(wrong) == len(recording.names):
         raise ValueError(f'{sentence} asked for; set rate_hz to its rate, in the spacecraft YAML '
                          'if there is a model')
-    raise ValueError(f'{sentence} of the others: channels of one record have to share a rate, since '
-                     'samples interpolated from one to another are no longer what was measured; '
+    raise ValueError(f'{sentence} of the others: channels of one record have to share a rate, for '
+                     'samples interpolated from one to another are not what was measured; '
                      'record them at one rate, or leave the channel out of the bag')

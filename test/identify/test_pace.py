@@ -102,7 +102,7 @@ def test_a_wrong_rate_is_refused():
 @pytest.mark.parametrize('others', [99.7, 80.0, 50.0])
 def test_a_diagnosis_refuses_unequal_rates(others):
     """Samples on one grid are made of channels at one rate, or not at all; it says which."""
-    with pytest.raises(ValueError, match=f'b comes at {others:g} Hz, not at the 100 Hz of the oth'):
+    with pytest.raises(ValueError, match=f'b comes at {others:g} Hz, not at the 100 Hz'):
         samples_of(recording(stamps(60), stamps(60, others), stamps(60)))
 
 
