@@ -8,6 +8,7 @@ from ssi_ros.identify.stamps import ChannelCount
 SILENT_S = 2.0          # without a message, of what came more often than that
 TIMES = 4.0             # and so many times the usual pause between messages
 PAUSES = 20             # of which the usual one is the median
+ENOUGH = 8              # pauses that make a topic a steady one
 LOOKED_S = 0.5          # a look so long after the one before was late itself: nobody listened
 RECENT = 10             # seconds that levels and losses speak of
 
@@ -35,7 +36,7 @@ class Silence:
     @property
     def regular(self):
         """Whether messages came often enough to expect more."""
-        return len(self._pauses) == PAUSES
+        return len(self._pauses) >= ENOUGH
 
 
 @dataclass(frozen=True)
@@ -57,6 +58,11 @@ class ChannelState:
         """Return samples of the last seconds that were lost or could not be used."""
         c = self.lately
         return c.missing + c.late + c.not_finite + c.bad_stamps
+
+    @property
+    def doubled(self):
+        """Return the share of samples of the last seconds that have the stamp of another one."""
+        return self.lately.duplicates / max(1, self.lately.received)
 
     @property
     def lost_share(self):
@@ -83,14 +89,3 @@ class Lately:
         numbers = {f.name: getattr(count, f.name) - getattr(old, f.name) for f in fields(count)
                    if isinstance(f.default, int)}
         return ChannelCount(**numbers, rate_hz=count.rate_hz)
-
-
-def silent_words(states):
-    """Return which channels have fallen silent, and for how long; empty where none has."""
-    quiet = [s for s in states if s.silent_s]
-    if not quiet:
-        return ''
-    longest = max(s.silent_s for s in quiet)
-    if len(quiet) == len(states):
-        return f'no sample for {longest:.0f} s'
-    return (f'no sample of {", ".join(s.source.name for s in quiet)} for {longest:.0f} s')

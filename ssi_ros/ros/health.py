@@ -1,13 +1,14 @@
 """What the nodes report on /diagnostics: plain functions from counts to statuses."""
 import math
 
-from ssi_ros.ros.arrivals import RECENT, silent_words
+from ssi_ros.ros.arrivals import RECENT
 from ssi_ros.ros.gap_messages import alarm_status
 from ssi_ros.ros.messages import clock_words, status
 
 RATE_TOLERANCE = 0.02       # a channel whose rate differs by more is at another rate,
 RECEIPT_TOLERANCE = 0.2     # and if it is stamped by receipt, whose times are uneven, by this
 LOST_MOST = 0.5             # share of lost samples that is an error
+DOUBLED_MOST = 0.1          # share of samples with the stamp of another one that is told
 
 
 def identifier(node, states, worker, jumps):
@@ -17,7 +18,7 @@ def identifier(node, states, worker, jumps):
 
 def channel(node, state):
     """Return the status of one channel: what arrives now, at which rate, what is missing."""
-    level, text = _silence(state) or _fault(state) or _losses(state)
+    level, text = _judged(state)
     source, count = state.source, state.count
     return status(
         f'{node}: channel {source.name}', level, text, topic=source.resolved, field=source.field,
@@ -28,6 +29,25 @@ def channel(node, state):
         not_finite=count.not_finite, bad_stamps=count.bad_stamps, off_rate=count.off_rate,
         unreadable=source.unreadable, longest_gap_s=float(count.longest_gap_s),
         publishers=state.publishers)
+
+
+def _judged(state):
+    return _silence(state) or _fault(state) or _losses(state)
+
+
+def useless_words(states):
+    """Return which channels bring nothing that can be used, and why; empty where all do."""
+    bad = [s for s in states if s.count.received and _judged(s)[0] == 'error']
+    if not bad:
+        return ''
+    quiet = [s for s in bad if s.silent_s]
+    if len(quiet) == len(states):
+        return f'no sample for {max(s.silent_s for s in quiet):.0f} s'
+    words = [f'no sample of {", ".join(s.source.name for s in quiet)} for '
+             f'{max(s.silent_s for s in quiet):.0f} s'] if quiet else []
+    if other := [s.source.name for s in bad if not s.silent_s]:
+        words.append(f'no usable sample of {", ".join(other)}')
+    return '; '.join(words)
 
 
 def _silence(state):
@@ -60,6 +80,9 @@ def _fault(state):
     if grid and abs(rate / grid - 1.0) > tolerance:
         return 'error', (f'arrives at {rate:.2f} Hz, the grid is at {grid:.2f} Hz: windows of it '
                          'are refused')
+    if state.doubled > DOUBLED_MOST:
+        return ('error' if state.doubled > LOST_MOST else 'warn',
+                f'{100 * state.doubled:.3g} % of the samples have the stamp of another one')
     if state.other_types:
         return 'warn', (f'somebody publishes {", ".join(state.other_types)} on {source.resolved}, '
                         f'which is read as {source.type}: that is not heard')
@@ -80,13 +103,17 @@ def _losses(state):
         more = ', '.join(f'{n} {word}' for word, n in parts.items() if n)
         return ('error' if state.lost_share > LOST_MOST else 'warn',
                 f'{text}, {state.lost} samples lost in the last {RECENT} s '
-                f'({100 * state.lost_share:.2g} %)' + (f': {more}' if more else ''))
+                f'({100 * state.lost_share:.3g} %)' + (f': {more}' if more else ''))
     before = count.missing + count.late + count.not_finite + count.bad_stamps
     if before:
         text += f'; {before} samples lost before'
     if state.source.unreadable:
         return 'warn', text + f'; {state.source.unreadable} messages could not be read'
     return ('warn' if math.isnan(count.rate_hz) and state.up_s > 5.0 else 'ok'), text
+
+
+def _all_useless(states):
+    return all(_judged(s)[0] == 'error' for s in states)
 
 
 def _identification(node, states, worker, jumps):
@@ -99,8 +126,8 @@ def _identification(node, states, worker, jumps):
         level, text = 'warn', last.reason
     elif last is not None:
         text = f'{len(last.modes)} modes'
-    if quiet := silent_words(states):
-        level = 'error' if all(s.silent_s for s in states) else 'warn'
+    if quiet := useless_words(states):
+        level = 'error' if _all_useless(states) else 'warn'
         text = quiet + ('' if last is None else
                         f'; the last window, to {clock_words(last.end_ns)}: {text}')
     elif margin < 1.0:
@@ -117,7 +144,7 @@ def _identification(node, states, worker, jumps):
 def meter(node, states, worker, preparation, background):
     """Return the statuses of the gap meter: its windows, and its alarm."""
     last, level, text = worker.last, 'ok', 'no whole hop yet'
-    quiet = silent_words(states)
+    quiet = useless_words(states)
     if worker.fault:
         level, text = 'error', worker.fault
     elif worker.model is None:
@@ -127,7 +154,7 @@ def meter(node, states, worker, preparation, background):
         text = last.reason or f'{last.deviations:+.1f} sd above the floor'
     blind = worker.fault or ('the meter is not prepared yet' if worker.model is None else '')
     if quiet:
-        level = 'error' if level == 'error' or all(s.silent_s for s in states) else 'warn'
+        level = 'error' if level == 'error' or _all_useless(states) else 'warn'
         text = quiet + ('' if last is None else
                         f'; the last window, to {clock_words(last.end_ns)}: {text}')
         blind = quiet

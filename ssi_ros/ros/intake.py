@@ -74,7 +74,7 @@ class Intake:
         """Begin a new grid."""
         self.grid = Grid(self.names, self.rate_hz, self.settings.lateness_s)
         self._jumps, self._turns, self._segment = 0, 0, None
-        self._missing, self._off = [0] * len(self.sources), set()
+        self._missing, self._off = [(0, 0)] * len(self.sources), set()
         self._lately = Lately()
         self._lately.keep(self.grid.counts)
 
@@ -193,18 +193,22 @@ class Intake:
         """Say which samples are missing since the last time, ever less often."""
         if now < self._said + self._say_s:
             return
-        lost = [c.missing + c.late + c.bad_stamps + c.not_finite for c in self.grid.counts]
-        # a channel that is silent, or comes at another rate, is reported as such
-        new = {name: n - before for name, n, before in zip(self.names, lost, self._missing)
-               if n > before and name not in self._quiet and self.grid.counts[
-                   self.names.index(name)].placed}
+        # rows that a channel does not fill while it is silent, or at another rate, are reported
+        # as that
+        counts = self.grid.counts
+        lost = [(c.missing, c.late + c.bad_stamps + c.not_finite) for c in counts]
+        new = {}
+        for i, (name, (missing, bad), before) in enumerate(zip(self.names, lost, self._missing)):
+            said = name in self._quiet or i in self._off or not counts[i].received
+            if n := bad - before[1] + (0 if said else missing - before[0]):
+                new[name] = n
         passed_s, self._missing, self._said = now - self._said, lost, now
         if new:
-            total = sum(c.received for c in self.grid.counts) + sum(lost)
+            total = sum(c.received + c.missing for c in counts)
             self.node.get_logger().warning(
                 f'{sum(new.values())} samples missing in {passed_s:.0f} s ('
                 + ', '.join(f'{name}: {n}' for name, n in new.items())
-                + f'; {100 * sum(lost) / total:.2g} % since the start): never sent, lost on the '
+                + f'; {min(100.0, 100 * sum(map(sum, lost)) / total):.3g} % since the start): never sent, lost on the '
                 'way or of no use; `ssi_ros doctor` says where to begin')
         self._say_s = min(2.0 * self._say_s, SAY_LAST_S) if new else SAY_S
 
