@@ -93,6 +93,8 @@ def run(args):
     print(coloured(_summary(windows, grid, recording.names, method, first_ns), out), file=out)
     if args.modes:
         write_modes(args.modes, windows[-1], names)
+    if not (grid.jumps or grid.turns):
+        say_offsets(recording, names, windows, grid.rate_hz)
     if args.explain is not None:
         from ssi_ros.identify import explain
         print(explain(windows[-1], args.explain), file=out)
@@ -104,6 +106,15 @@ def run(args):
         for path in paths:
             print(f'wrote {path}', file=out)
     return 0 if any(w.modes for w in windows) else 1
+
+
+def say_offsets(recording, names, windows, rate_hz):
+    """Warn of channels that are sampled beside the first one."""
+    from ssi_ros.cli._options import warn
+    from ssi_ros.identify.offsets import offsets, words
+    found = offsets(recording.stamps_ns[:len(names)], rate_hz, windows[0].start_ns,
+                    windows[-1].end_ns)
+    warn(words(found, names, rate_hz))
 
 
 def _read(path, channels, inputs, progress):

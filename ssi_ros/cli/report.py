@@ -39,7 +39,7 @@ def run(args):
     """Read, identify, diagnose, write."""
     from ssi_ros.bag import open_bag, parse_channel, read_channels
     from ssi_ros.cli._modes import scaled
-    from ssi_ros.cli._options import Progress
+    from ssi_ros.cli._options import Progress, warn
     from ssi_ros.effects import load_configuration
     from ssi_ros.gap.check import match
     from ssi_ros.report.bag_page import bag_page, windows_of
@@ -53,7 +53,8 @@ def run(args):
     with Progress('reading') as progress:
         recording = read_channels(bag, channels, progress)
     recording = scaled(recording, args.scale)
-    samples = samples_of(recording, args.rate_hz or (spacecraft.rate_hz if spacecraft else 0.0))
+    samples = samples_of(recording, args.rate_hz or (spacecraft.rate_hz if spacecraft else 0.0),
+                         lambda sentence: warn([sentence]))
     judged = None
     if spacecraft:
         judged = _judge(spacecraft, present, samples, args)

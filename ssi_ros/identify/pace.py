@@ -16,6 +16,7 @@ COMB = 0.7              # of another comb, to be believed: a step by half a tick
 CROWDED = 1.2           # samples a tick, of different stamps, beyond which the grid is too slow
 DRIFT = 1e-3            # relative difference of a rate that fits: clocks drift by 1e-4
 LOST = 1.5e-3           # the same for one that has fitted so far
+ALL = 0.9               # share of blocks at another rate, beyond which it is no change within
 COMBS = (0.25, 2.6)     # rates over that of the grid that are tried
 STEPS = 4096            # of them at most
 
@@ -152,10 +153,10 @@ def misfit(name, stamps_ns, rate_hz):
     # however many samples are lost, some steps are single ones; too slow: none is
     slow = np.quantile(steps, 0.01) > 1.5 / rate_hz
     fast = np.mean(steps) < 0.67 / rate_hz
-    # the rate may change within the record, which is not the question here: most blocks speak
+    # the rate may change within the record, which is not the question here: all blocks must speak
     blocks = np.array_split(stamps, max(1, len(stamps) // LONG))
     some = blocks[::max(1, len(blocks) // 64)]
-    off = np.mean([not fits((b - b[0]) * 1e-9 * rate_hz) for b in some]) > 0.5
+    off = np.mean([not fits((b - b[0]) * 1e-9 * rate_hz) for b in some]) > ALL
     if not (slow or fast or off):
         return ''
     return f'{name} comes at {own_hz:.5g} Hz'

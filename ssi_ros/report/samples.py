@@ -2,6 +2,7 @@
 import numpy as np
 
 from ssi_ros.identify.grid import Grid
+from ssi_ros.identify.offsets import EDGE, offsets, together
 from ssi_ros.identify.pace import misfit
 from ssi_ros.identify.stamps import batches, nothing_on
 from ssi_ros.records import Samples
@@ -9,7 +10,7 @@ from ssi_ros.records import Samples
 TOGETHER_NS = 300_000_000_000       # of all channels, well below the gap of a new segment
 
 
-def samples_of(recording, rate_hz=0.0):
+def samples_of(recording, rate_hz=0.0, say=None):
     """
     Bring the channels of a recording onto one even grid; a missing sample is NaN.
 
@@ -19,6 +20,8 @@ def samples_of(recording, rate_hz=0.0):
         Of `bag.read_channels`.
     rate_hz : float
         Sampling rate [Hz]; 0 estimates it from the stamps.
+    say : callable, optional
+        Called with a sentence where channels are sampled at different instants.
 
     Returns
     -------
@@ -49,8 +52,20 @@ def samples_of(recording, rate_hz=0.0):
         _check_rate(recording, grid.rate_hz)
     if len({r.segment for r in rows}) > 1:
         raise ValueError('the clock of the bag jumps; cut the bag there and give one end')
-    return Samples(np.concatenate([r.values for r in rows]), rows[0].rate_hz, recording.names,
-                   rows[0].origin_ns)
+    values, moved = together(np.concatenate([r.values for r in rows]),
+                             _offsets(recording, rows), recording.names, rows[0].rate_hz)
+    if moved and say is not None:
+        say(moved)
+    first, last = (EDGE, -EDGE) if moved and len(values) > 4 * EDGE else (0, None)
+    return Samples(values[first:last], rows[0].rate_hz, recording.names,
+                   rows[0].origin_ns + round(first * 1e9 / rows[0].rate_hz))
+
+
+def _offsets(recording, rows):
+    """Return the Offset of every channel within the rows."""
+    last = rows[-1]
+    end_ns = last.origin_ns + round((last.first + len(last.values)) * 1e9 / last.rate_hz)
+    return offsets(recording.stamps_ns, last.rate_hz, last.origin_ns, end_ns)
 
 
 def _check_rate(recording, rate_hz):

@@ -205,10 +205,11 @@ class Intake:
         passed_s, self._missing, self._said = now - self._said, lost, now
         if new:
             total = sum(c.received + c.missing for c in counts)
+            share = min(100.0, 100 * sum(map(sum, lost)) / total)
             self.node.get_logger().warning(
                 f'{sum(new.values())} samples missing in {passed_s:.0f} s ('
                 + ', '.join(f'{name}: {n}' for name, n in new.items())
-                + f'; {min(100.0, 100 * sum(map(sum, lost)) / total):.3g} % since the start): never sent, lost on the '
+                + f'; {share:.3g} % since the start): never sent, lost on the '
                 'way or of no use; `ssi_ros doctor` says where to begin')
         self._say_s = min(2.0 * self._say_s, SAY_LAST_S) if new else SAY_S
 

@@ -116,8 +116,13 @@ class RecorderNode(StageNode):
             self._bag.close()
         except OSError as error:
             self._fail(error)
-        self.get_logger().info(f'{self._bag.kept} messages in {self._bag.folder}'
-                               + (f'; {words}' if (words := self._missing_words()) else ''))
+        quiet = sorted(self._quiet)
+        ended = (f'{len(quiet)} topics had stopped, the longest '
+                 f'{max(self._silences[t].idle_s for t in quiet):.0f} s before the end: '
+                 + ', '.join(quiet[:WORST]) + (', ...' if len(quiet) > WORST else '')
+                 if quiet else '')
+        self.get_logger().info('; '.join(filter(None, (
+            f'{self._bag.kept} messages in {self._bag.folder}', self._missing_words(), ended))))
 
     def _fail(self, error):
         """Stop recording, once and for all: what was flushed is kept."""
