@@ -5,6 +5,7 @@ Stamps t_k in ticks of the grid give the phasors exp(2 pi i t_k). At the rate of
 whole part of it, they point one way however many samples are lost; at another rate they turn, and
 their mean is short. Jitter shortens it too, but then no other comb holds them together.
 """
+import cmath
 from dataclasses import dataclass
 
 import numpy as np
@@ -47,7 +48,8 @@ def fits(ticks, drift=DRIFT):
     parts = np.array_split(ticks, max(1, len(ticks) // SHORT))
     means = np.array([_mean(p) for p in parts])
     if np.abs(means).min() >= TOGETHER:
-        return len(parts) < LONG // SHORT or abs(_drift(parts, means)) <= drift
+        middles = [np.median(p) for p in parts]
+        return len(parts) < LONG // SHORT or abs(_drift(middles, means)) <= drift
     worst = parts[int(np.abs(means).argmin())]
     return _best_comb(worst) < COMB
 
@@ -56,10 +58,11 @@ def _mean(ticks, rate=1.0):
     return np.exp(2j * np.pi * np.mod(rate * ticks, 1.0)).mean()
 
 
-def _drift(parts, means):
-    """Return by how much the rates differ, from the turning of the parts' phases."""
-    turns = np.unwrap(np.angle(means)) / (2 * np.pi)
-    return float(np.polyfit([np.median(p) for p in parts], turns, 1)[0])
+def _drift(middles, means):
+    """Return by how much the rates differ, from the turning of the phases of parts."""
+    turns = np.cumsum([0.0, *(cmath.phase(b / a) for a, b in zip(means, means[1:]))])
+    at = np.asarray(middles) - np.mean(middles)
+    return float(at @ turns / (at @ at)) / (2 * np.pi)
 
 
 def _best_comb(ticks):
@@ -77,6 +80,15 @@ class Verdict:
 
     use: np.ndarray
     lost_at: int = None         # number of samples of the batch before that
+
+
+class _Block:
+    """SHORT stamps in ticks; plain where they clearly are on the comb, as nearly always."""
+
+    def __init__(self, ticks):
+        self.ticks, self.mean, self.middle = ticks, _mean(ticks), ticks[len(ticks) // 2]
+        self.plain = (abs(self.mean) >= TOGETHER
+                      and len(ticks) - 1 <= CROWDED * abs(ticks[-1] - ticks[0]))
 
 
 class Pace:
@@ -100,17 +112,27 @@ class Pace:
 
     def _judge(self):
         """Judge a block that is full; return whether the pace was lost with it."""
-        self._blocks = [*self._blocks, np.concatenate(self._block)][-LONG // SHORT:]
+        block = _Block(np.concatenate(self._block))
+        self._blocks = [*self._blocks, block][-LONG // SHORT:]
         self._block, self._size = [], 0
-        whole = len(self._blocks) == LONG // SHORT
         if self.off:
-            self.off = not (whole and fits(np.concatenate(self._blocks)))
+            self.off = not self._fit_together(DRIFT)
             return False
-        self.off = not fits(self._blocks[-1]) or (
-            whole and not fits(np.concatenate(self._blocks), LOST))
+        together = self._fit_together(LOST)
+        self.off = not (block.plain or fits(block.ticks)) or (
+            len(self._blocks) == LONG // SHORT and not together)
         if self.off:
             self._blocks = []
         return self.off
+
+    def _fit_together(self, drift):
+        """Return whether the last LONG stamps are there and fit."""
+        blocks = self._blocks
+        if len(blocks) < LONG // SHORT:
+            return False
+        if all(b.plain for b in blocks):
+            return abs(_drift([b.middle for b in blocks], [b.mean for b in blocks])) <= drift
+        return fits(np.concatenate([b.ticks for b in blocks]), drift)
 
 
 def common_rate(rates_hz, before_hz=0.0):
