@@ -7,6 +7,8 @@ use. Exit code 0: the record is explained (or there is no gap), 1: it is not.
 """
 from pathlib import Path
 
+from ssi_ros.whole_file import write_whole
+
 HELP = 'find which unmodelled effect makes a bag differ from the model'
 EXAMPLE = 'ssi_ros diagnose quiet --json diagnosis.json'
 
@@ -68,7 +70,7 @@ def run(args):
                          progress=progress)
     print(text(found))
     if args.json:
-        args.json.write_text(json.dumps(found.to_json(), indent=1) + '\n')
+        write_whole(args.json, json.dumps(found.to_json(), indent=1) + '\n')
     if args.html or args.markdown:
         write_pages(found, args, _view(found, nominal, samples, settings))
     if args.apply:
@@ -158,7 +160,7 @@ def write_pages(found, args, view):
         f'--reference {args.reference}' if args.reference else '')))}
     for path, make in ((args.html, diagnosis_page), (args.markdown, diagnosis_markdown)):
         if path:
-            path.write_text(make(found, view, **words), encoding='utf-8')
+            write_whole(path, make(found, view, **words))
             print(f'wrote {path}')
 
 
