@@ -18,10 +18,11 @@ class Evidence:
     spectrum: np.ndarray
     segments: tuple
     others: tuple = ()  # Evidence of more records of the same model, cut alike
+    known: int = 0      # channels, the first ones, that are given: inputs
 
     def only(self, segments):
         """Return the evidence of some segments."""
-        return Evidence(self.frame, self.spectrum, tuple(segments))
+        return Evidence(self.frame, self.spectrum, tuple(segments), known=self.known)
 
     @cached_property
     def each(self):

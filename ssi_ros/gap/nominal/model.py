@@ -12,9 +12,11 @@ from ssi_ros.gap.selection.search import Search
 from ssi_ros.gap.selection.thresholds import SELECTION
 from ssi_ros.gap.spectra.imputation import completed, without_clipped
 from ssi_ros.gap.spectra.segmentation import frame_of
+from ssi_ros.inputs.beside import acting, beside_inputs, faults_of_inputs, unrecorded
 from ssi_ros.integrity.repeats import faults_of_samples
 from ssi_ros.model.channels import of_channels
 from ssi_ros.model.spacecraft import Spacecraft
+from ssi_ros.records import Samples
 from ssi_ros.updating.adapt import adapt
 from ssi_ros.updating.adapted_comparison import AdaptedComparison
 from ssi_ros.updating.prior import known_by_recordings
@@ -22,10 +24,11 @@ from ssi_ros.updating.prior import known_by_recordings
 
 @dataclass(frozen=True)
 class ModelNominal:
-    """A spacecraft model as what is expected; the simulator has the effects `present` already."""
+    """A model as what is expected; the simulator has the effects `present` already."""
 
     spacecraft: Spacecraft
     present: tuple = ()
+    inputs: Samples = None      # recorded ones, by their names in the model, in rows of the record
 
     @property
     def channels(self):
@@ -71,6 +74,11 @@ class ModelNominal:
             raise TooLittleData(str(error), notes) from None
         duration_s = len(samples.values) / samples.rate_hz
         simulator = Simulator(spacecraft, frame, duration_s, present)
+        if self.inputs is not None:
+            simulator = simulator.but(spacecraft=unrecorded(spacecraft, self.inputs.channels))
+            simulator, samples, clipped = beside_inputs(simulator, samples, clipped, self.inputs)
+            effects = acting(effects, simulator.spacecraft)
+            faults += faults_of_inputs(simulator, samples)
         simulator, samples, recorded, levels = completed(simulator, samples, clipped, settings)
         there = {e.name for e in self.present}
         record = Record(samples, recorded, detections, tuple(n for n in effects if n not in there),
