@@ -36,7 +36,7 @@ def run_many(args):
     from ssi_ros.cli._options import Progress
 
     folder = args.many
-    for value, word in ((args.html, '--html'), (args.markdown, '--markdown'),
+    for value, word in ((args.html, '--html'), (args.input, '--input'), (args.markdown, '--markdown'),
                         (args.apply, '--apply')):
         if value is not None:
             raise ValueError(f'{word} belongs to a single bag; leave it out with --many')

@@ -39,6 +39,13 @@ def inputs_of(model):
     return tuple(f'torque_{axis}' for axis in 'xyz')
 
 
+def driven_inputs(model):
+    """Return the names of the inputs of a model that have a level."""
+    if hasattr(model, 'drives'):
+        return tuple(d.name for d in model.drives if d.level > 0.0)
+    return tuple(n for n, rms in zip(inputs_of(model), model.excitation.torque_rms_n_m) if rms)
+
+
 def acting(effects, model):
     """Return those of some effects that act at all, where no random excitation may be left."""
     setup = inject(model)

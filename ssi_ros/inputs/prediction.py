@@ -39,10 +39,15 @@ class Played:
         return np.zeros((len(inputs), len(inputs)))
 
 
+def rows_before(setup):
+    """Return how many rows are simulated before the first one of a record of a setup."""
+    moves = bool(setup.delays_s or setup.corners_hz) or setup.jitter_rms_s > 0.0
+    return MARGIN if moves else 0
+
+
 def played(setup, recorded):
     """Return the setup with the recorded inputs acting beside its own excitation."""
-    moves = bool(setup.delays_s or setup.corners_hz) or setup.jitter_rms_s > 0.0
-    part = Played(recorded.names, recorded.values, MARGIN if moves else 0)
+    part = Played(recorded.names, recorded.values, rows_before(setup))
     return replace(setup, system=replace(
         setup.system, excitation=setup.system.excitation + (part,)))
 
