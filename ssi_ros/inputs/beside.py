@@ -91,13 +91,17 @@ def beside_inputs(simulator, samples, limits, inputs):
 
     """
     _check(samples, inputs)
+    recorded = RecordedInputs(inputs.channels, _whole(simulator, samples, inputs),
+                              samples.rate_hz)
+    return observed(simulator, anchored(simulator, recorded), samples, limits)
+
+
+def anchored(simulator, recorded):
+    """Return the inputs with the response of a model side, before any effect, as prediction."""
     plain = tuple(e for e in simulator.present if not e.nonlinear and e.spectral)
     anchor = inject(simulator.spacecraft, plain, simulator.duration_s)
     anchor = replace(anchor, drift=0.0, delays_s=(), corners_hz=(), jitter_rms_s=0.0)
-    recorded = RecordedInputs(inputs.channels, _whole(simulator, samples, inputs),
-                              samples.rate_hz, anchor)
-    recorded = replace(recorded, base=response(anchor, recorded))
-    return _observed(simulator, recorded, samples, limits)
+    return replace(recorded, anchor=anchor, base=response(anchor, recorded), known={})
 
 
 def _check(samples, inputs):
@@ -130,7 +134,7 @@ def _whole(simulator, samples, inputs):
     return whole.values[:, :values.shape[1]]
 
 
-def _observed(simulator, recorded, samples, limits):
+def observed(simulator, recorded, samples, limits):
     """Return the model side, samples and limits beside the inputs; see `beside_inputs`."""
     rest = samples.values - recorded.base
     taken = recorded.base + ringing(recorded.anchor, recorded, rest - np.nanmean(rest, axis=0))
@@ -146,7 +150,7 @@ def simulated_beside(simulator, setup, seed, effects):
     """Return Samples and limits, as a record beside its inputs is, of a setup that they drive."""
     recorded = simulator.recorded
     samples = simulate_setup(played(setup, recorded), seed)
-    return _observed(simulator, recorded, *without_clipped(samples, effects))[1:]
+    return observed(simulator, recorded, *without_clipped(samples, effects))[1:]
 
 
 def remainder(simulator, samples, levels, candidate):

@@ -12,6 +12,7 @@ from ssi_ros.gap.selection.search import Search
 from ssi_ros.gap.selection.thresholds import SELECTION
 from ssi_ros.gap.spectra.imputation import completed, without_clipped
 from ssi_ros.gap.spectra.segmentation import frame_of
+from ssi_ros.inputs.adapted import adapted_beside
 from ssi_ros.inputs.beside import acting, beside_inputs, faults_of_inputs, unrecorded
 from ssi_ros.integrity.repeats import faults_of_samples
 from ssi_ros.model.channels import of_channels
@@ -91,8 +92,11 @@ class ModelNominal:
         best, explains = _best(as_it_is)
         if explains:
             return as_it_is
-        moved = AdaptedComparison(simulator, adapt(simulator, samples, settings, progress), record,
-                                  settings, effects, progress)
+        if self.inputs is None:
+            adapted = adapt(simulator, samples, settings, progress)
+        else:
+            adapted, record = adapted_beside(spacecraft, simulator, record, settings, progress)
+        moved = AdaptedComparison(simulator, adapted, record, settings, effects, progress)
         if best is None or _explains(moved):
             return moved
         there = next(iter(_search(moved).singles()), None)
