@@ -42,7 +42,7 @@ def effect_templates(simulator, settings, names, progress):
     """
     spacecraft, frame, present = simulator.spacecraft, simulator.frame, simulator.present
     if simulator.compensation or simulator.recorded:        # of one record alone
-        effects = starting_points([effect_class(n) for n in names], spacecraft)
+        effects = starting_points([effect_class(n) for n in names], simulator.moved)
         return make_templates(simulator, effects, progress)
     cut = (_rows(simulator), frame.rows, settings.low_hz, settings.high_share)
     key = (spacecraft, *cut, frame.begins, present, names)

@@ -46,8 +46,11 @@ def driven_inputs(model):
     return tuple(n for n, rms in zip(inputs_of(model), model.excitation.torque_rms_n_m) if rms)
 
 
-def acting(effects, model):
+def acting(effects, simulator):
     """Return those of some effects that act at all, where no random excitation may be left."""
+    model = simulator.spacecraft
+    if simulator.recorded is None:
+        return tuple(effects)
     setup = inject(model)
     if any(p.covariance(model.rate_hz, setup.system.inputs).max() > NEGLIGIBLE ** 1.5
            for p in setup.system.excitation) or not hasattr(model, 'drives'):
@@ -67,7 +70,7 @@ def beside_inputs(simulator, samples, limits, inputs):
     Parameters
     ----------
     simulator : Simulator
-        Of a model without what was recorded.
+        Of the model, with the levels of all its inputs.
     samples : Samples
         The channels, NaN where one is missing.
     limits : ndarray, shape (n, l)
@@ -78,7 +81,7 @@ def beside_inputs(simulator, samples, limits, inputs):
     Returns
     -------
     Simulator
-        Which has the inputs before its channels.
+        Which has the inputs before its channels, and excites by what was not recorded.
     Samples
         The inputs, and the channels less what the model makes of them.
     ndarray, shape (n, m + l)
@@ -91,6 +94,7 @@ def beside_inputs(simulator, samples, limits, inputs):
 
     """
     _check(samples, inputs)
+    simulator = simulator.but(spacecraft=unrecorded(simulator.spacecraft, inputs.channels))
     recorded = RecordedInputs(inputs.channels, _whole(simulator, samples, inputs),
                               samples.rate_hz)
     return observed(simulator, anchored(simulator, recorded), samples, limits)

@@ -91,7 +91,7 @@ def ringing(setup, recorded, rest):
             there = np.isfinite(rest[block, channel])
             inside += basis[there].T @ basis[there] / variance
             pull += basis[there].T @ rest[block, channel][there] / variance
-    share = np.tile((own / (own + others))[live], 2)
+    share = np.tile((own[live] / (own + others)[live]), 2)
     state = share * np.linalg.solve(inside, pull)
     for block in blocks:
         turned = poles ** np.arange(block.start, block.stop)[:, None]

@@ -62,6 +62,14 @@ class RecordedInputs:
         """Return the Expected of a steady setup beside the inputs; see `expected_beside`."""
         return expected_beside(setup, frame, self)
 
+    def moving(self, model):
+        """Return a LinearModel that random inputs of the same power move; others as they are."""
+        if not hasattr(model, 'drives'):
+            return model
+        level = dict(zip(self.names, self.values.std(axis=0)))
+        return replace(model, drives=tuple(
+            replace(d, level=float(level.get(d.name, d.level))) for d in model.drives))
+
     def spectrum(self, frame):
         """
         Return the spectral matrix of the inputs in the bins of a frame, (k, m, m).

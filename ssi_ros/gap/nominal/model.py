@@ -1,5 +1,5 @@
 """The nominal that a spacecraft model gives, set beside a record."""
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from ssi_ros.gap.selection.thresholds import SELECTION
 from ssi_ros.gap.spectra.imputation import completed, without_clipped
 from ssi_ros.gap.spectra.segmentation import frame_of
 from ssi_ros.inputs.adapted import adapted_beside
-from ssi_ros.inputs.beside import acting, beside_inputs, faults_of_inputs, unrecorded
+from ssi_ros.inputs.beside import acting, beside_inputs, faults_of_inputs
 from ssi_ros.integrity.repeats import faults_of_samples
 from ssi_ros.model.channels import of_channels
 from ssi_ros.model.spacecraft import Spacecraft
@@ -64,26 +64,10 @@ class ModelNominal:
 
         """
         settings = getattr(self.spacecraft, 'cut', lambda usual: usual)(settings)
-        spacecraft, samples, notes = match(self.spacecraft, samples)
-        present = of_channels(self.present, samples.channels)
-        faults = faults_of_samples(samples)
-        detections = detect_in_samples(samples, tuple(library()))
-        samples, clipped = without_clipped(samples, [d.basis for d in detections])
-        try:
-            frame = frame_of(samples, settings)
-        except ValueError as error:
-            raise TooLittleData(str(error), notes) from None
-        duration_s = len(samples.values) / samples.rate_hz
-        simulator = Simulator(spacecraft, frame, duration_s, present)
-        if self.inputs is not None:
-            simulator = simulator.but(spacecraft=unrecorded(spacecraft, self.inputs.channels))
-            simulator, samples, clipped = beside_inputs(simulator, samples, clipped, self.inputs)
-            effects = acting(effects, simulator.spacecraft)
-            faults += faults_of_inputs(simulator, samples)
-        simulator, samples, recorded, levels = completed(simulator, samples, clipped, settings)
+        spacecraft, simulator, record, levels = self._ready(samples, settings)
+        effects = acting(effects, simulator)
         there = {e.name for e in self.present}
-        record = Record(samples, recorded, detections, tuple(n for n in effects if n not in there),
-                        faults, notes + _used(samples, simulator.frame))
+        record = replace(record, sought=tuple(n for n in effects if n not in there))
         calibration = spacecraft.calibration
         prior = known_by_recordings(calibration) if calibration.covariance else None
         as_it_is = ModelComparison(simulator, record, settings, effects, levels, progress, prior)
@@ -93,7 +77,7 @@ class ModelNominal:
         if explains:
             return as_it_is
         if self.inputs is None:
-            adapted = adapt(simulator, samples, settings, progress)
+            adapted = adapt(simulator, record.samples, settings, progress)
         else:
             adapted, record = adapted_beside(spacecraft, simulator, record, settings, progress)
         moved = AdaptedComparison(simulator, adapted, record, settings, effects, progress)
@@ -101,6 +85,25 @@ class ModelNominal:
             return moved
         there = next(iter(_search(moved).singles()), None)
         return as_it_is if there and best.log_evidence > there.log_evidence else moved
+
+    def _ready(self, samples, settings):
+        """Return the model of the channels there are, its side, a Record and its levels."""
+        spacecraft, samples, notes = match(self.spacecraft, samples)
+        present = of_channels(self.present, samples.channels)
+        faults = faults_of_samples(samples)
+        detections = detect_in_samples(samples, tuple(library()))
+        samples, clipped = without_clipped(samples, [d.basis for d in detections])
+        try:
+            frame = frame_of(samples, settings)
+        except ValueError as error:
+            raise TooLittleData(str(error), notes) from None
+        simulator = Simulator(spacecraft, frame, len(samples.values) / samples.rate_hz, present)
+        if self.inputs is not None:
+            simulator, samples, clipped = beside_inputs(simulator, samples, clipped, self.inputs)
+            faults += faults_of_inputs(simulator, samples)
+        simulator, samples, recorded, levels = completed(simulator, samples, clipped, settings)
+        return spacecraft, simulator, Record(samples, recorded, detections, (), faults, notes
+                                             + _used(samples, simulator.frame)), levels
 
 
 def _used(samples, frame):

@@ -52,6 +52,11 @@ class Simulator:
         frame = self.frame
         return Evidence(frame, spectra(samples, frame), frame.used, known=self.known)
 
+    @property
+    def moved(self):
+        """Return the model as all its inputs move it, for sizes to begin at."""
+        return self.recorded.moving(self.spacecraft) if self.recorded else self.spacecraft
+
     def of_inputs(self, **changes):
         """Return the same model side with other recorded inputs, or the same without any."""
         return self.but(recorded=replace(self.recorded, **changes)) if self.recorded else self
