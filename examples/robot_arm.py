@@ -3,7 +3,8 @@ Simulate a robot arm with a flexible link in MuJoCo, and linearise it for a diag
 
 `python examples/robot_arm.py arm.npz` writes the linearised model; with a folder and changes of
 the arm after it, such as `real elbow.stiffness=0.96`, also a bag of the changed arm, with the
-torques of its motors as recorded inputs. Needs `pip install mujoco`. Encoders of shoulder and elbow, a gyroscope and an accelerometer at the tip.
+torques of its motors as recorded inputs. Needs `pip install mujoco`. Encoders of shoulder and
+elbow, a gyroscope and an accelerometer at the tip.
 """
 import sys
 
@@ -126,7 +127,8 @@ def record(seconds, seed, gains=(1.0, 1.0, 1.0, 1.0), late=(0, 0, 0, 0), play=0.
         row[:] = data.sensordata[list(READ)]
     mujoco.set_mjcb_passive(None)
     values = np.column_stack([values[lead * STEPS - n::STEPS, i][:count - lead]
-                              for i, n in enumerate(late)]) * gains + rng.standard_normal((count - lead, len(READ))) * NOISE
+                              for i, n in enumerate(late)])
+    values = values * gains + rng.standard_normal(values.shape) * NOISE
     return (Samples(values, RATE_HZ, tuple(s.name for s in names()['sensors'])),
             Samples(torques[lead:], RATE_HZ, tuple(d.name for d in names()['drives'])))
 

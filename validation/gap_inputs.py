@@ -3,11 +3,12 @@ What a recorded input gains: d' with and without it, false alarms, singles, MuJo
 
     python -m validation.gap_inputs [sizes nulls singles arm]       (all four; some 25 minutes)
 
-The spacecraft of config/spacecraft.yaml with exact numbers and a torque of 2 N m rms about x_b
-(a manoeuvre for identification; ambient is 0.1), which is recorded; process noise on the arrays is
-not. 600 s at 100 Hz. `sizes`: d' of small effects with and without the recorded torque. `nulls`: 20
-records without effect. `singles`: each effect at d' = 8 with the torque, diagnosed with and without.
-`arm`: MuJoCo's arm of examples/robot_arm.py with its torques, one thing changed; `pip install mujoco`.
+The spacecraft of config/spacecraft.yaml with exact numbers and a torque of 2 N m rms about x_b (a
+manoeuvre for identification; ambient is 0.1), which is recorded; process noise on the arrays is
+not. 600 s at 100 Hz. `sizes`: d' of small effects with and without the recorded torque. `nulls`:
+20 records without effect. `singles`: each effect at d' = 8 with the torque, diagnosed with and
+without. `arm`: MuJoCo's arm of examples/robot_arm.py with its torques, one thing changed;
+`pip install mujoco`.
 """
 from dataclasses import replace
 from importlib import import_module
@@ -83,7 +84,7 @@ def deflection(side, effect):
 
 def sizes(spacecraft):
     """Print d' of every effect with and without the recorded torque."""
-    print('\n| effect | d\' without | with | ratio |\n|---|---|---|---|', flush=True)
+    print("\n| effect | d' without | with | ratio |\n|---|---|---|---|", flush=True)
     without, beside = sides(spacecraft)
     for text in EFFECTS:
         one, two = (deflection(s, parse_effect(text)) for s in (without, beside))
@@ -129,8 +130,8 @@ def singles(spacecraft):
             found = line(f'{effect.text()}, {"with" if i else "without"}',
                          ModelNominal(spacecraft, (), given), samples)
             counts[i] += effect.name in (*found.verdict['effects'], *found.verdict['class'])
-    print(f'\nnamed, or in the class that is named: {counts[1]} of {len(EFFECTS)} with the torque, '
-          f'{counts[0]} without')
+    print(f'\nnamed, or in the class that is named: {counts[1]} of {len(EFFECTS)} with the '
+          f'torque, {counts[0]} without')
 
 
 def arm(_):

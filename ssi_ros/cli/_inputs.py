@@ -127,7 +127,8 @@ def simulated_inputs(setup, excitation, samples, seed):
     from ssi_ros.model.excitation import begin_all
     from ssi_ros.records import Samples
 
-    names, inputs, before = driven_inputs(setup.spacecraft), setup.system.inputs, rows_before(setup)
+    names, inputs = driven_inputs(setup.spacecraft), setup.system.inputs
+    before = rows_before(setup)
     if not names:
         raise ValueError('--record-input: no input of the model has a level; there is nothing to '
                          'record')

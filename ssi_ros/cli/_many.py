@@ -36,8 +36,8 @@ def run_many(args):
     from ssi_ros.cli._options import Progress
 
     folder = args.many
-    for value, word in ((args.html, '--html'), (args.input, '--input'), (args.markdown, '--markdown'),
-                        (args.apply, '--apply')):
+    for value, word in ((args.html, '--html'), (args.markdown, '--markdown'),
+                        (args.apply, '--apply'), (args.input, '--input')):
         if value is not None:
             raise ValueError(f'{word} belongs to a single bag; leave it out with --many')
     answers = args.json or folder / ANSWERS

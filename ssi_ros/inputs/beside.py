@@ -117,8 +117,8 @@ def _check(samples, inputs):
         share = np.mean(~np.isfinite(column))
         if share > LIMITS.missing.value:
             raise ValueError(f'the recorded input {name} lacks {100 * share:.2g} % of the rows of '
-                             f'the record; {100 * LIMITS.missing.value:g} % at most can be filled: '
-                             'cut the bag, or leave the input out')
+                             f'the record; at most {100 * LIMITS.missing.value:g} % can be '
+                             'filled: cut the bag, or leave the input out')
         if not np.nanstd(column) > 0.0:
             raise ValueError(f'the recorded input {name} is {np.nanmean(column):g} throughout: '
                              'it moves nothing; is it the right topic and field?')
@@ -211,7 +211,7 @@ def faults_of_inputs(simulator, samples):
     there = np.isfinite(channels).all(axis=1)
     base, channels = base[there], channels[there]
     scale = channels.std(axis=0) + 1e-300
-    base, channels = (base - base.mean(axis=0)) / scale, (channels - channels.mean(axis=0)) / scale
+    base, channels = ((v - v.mean(axis=0)) / scale for v in (base, channels))
     power = np.sum(base ** 2)
     factor = float(np.sum(base * channels) / max(power, 1e-300))
     coherence = factor ** 2 * power / np.sum(channels ** 2)

@@ -2,8 +2,8 @@
 Expected periodograms of recorded inputs u and of the channels less a prediction, eq. (186).
 
 With r = y - H_0 u, H_0 of the model before any effect, a model with the transfer H has the cross
-spectrum (H - H_0) S_u of r and u. S_u is that of the record, and what the effect of leakage on r is
-counts with the spectrum of the difference alone: where the model is right, nothing leaks.
+spectrum (H - H_0) S_u of r and u. S_u is that of the record. Leakage comes from the difference of
+the transfers alone: where the model is right, nothing leaks.
 """
 from dataclasses import replace
 
@@ -41,8 +41,8 @@ def expected_beside(setup, frame, recorded):
         own = own + cross @ change.conj().swapaxes(1, 2)
     if not recorded.shown:
         return replace(rest, fixed=rest.fixed + own)
-    m, l = recorded.count, len(setup.system.channels)
-    fixed = np.zeros((len(rest.fixed), len(cross), m + l, m + l), complex)
+    m, both = recorded.count, recorded.count + len(setup.system.channels)
+    fixed = np.zeros((len(rest.fixed), len(cross), both, both), complex)
     fixed[..., :m, :m], fixed[..., m:, :m] = spectrum, cross
     fixed[..., :m, m:] = cross.conj().swapaxes(1, 2)
     fixed[..., m:, m:] = rest.fixed + own

@@ -119,7 +119,7 @@ def divergence(expected, observed, n_expected, n_observed):
 
 
 def _from_white(bands, known=0):
-    """Return tr W - log det W - d, the divergence from a known spectrum; of given channels none."""
+    """Return tr W - log det W - d, the divergence from a known spectrum, not of given channels."""
     whole = np.trace(bands, axis1=-2, axis2=-1).real - _logdet(bands) - bands.shape[-1]
     return whole - _from_white(bands[..., :known, :known]) if known else whole
 
