@@ -22,7 +22,8 @@ MAY_IMPORT = {            # layer: the layers that it may import, besides itself
     # parts of the diagnosis kept beside it: what a model does not know of itself, free levels of a
     # recording, single events
     'gap': {'records', 'model', 'effects', 'identify', 'updating', 'levels', 'events',
-            'integrity', 'open_set'},
+            'integrity', 'open_set', 'inputs'},
+    'inputs': {'records', 'model', 'effects', 'gap', 'integrity', 'updating'},
     'updating': {'records', 'model', 'effects', 'gap', 'integrity'},
     'levels': {'gap'},
     'events': {'gap'},

@@ -38,7 +38,7 @@ def run_many(args):
 
     folder = args.many
     for value, word in ((args.html, '--html'), (args.markdown, '--markdown'),
-                        (args.apply, '--apply')):
+                        (args.apply, '--apply'), (args.input, '--input')):
         if value is not None:
             raise ValueError(f'{word} belongs to a single bag; leave it out with --many')
     answers = args.json or folder / ANSWERS

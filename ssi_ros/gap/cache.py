@@ -41,8 +41,8 @@ def effect_templates(simulator, settings, names, progress):
     `progress` is called with the share done. Those of a record with long gaps are kept in memory.
     """
     spacecraft, frame, present = simulator.spacecraft, simulator.frame, simulator.present
-    if simulator.compensation:          # of one record alone
-        effects = starting_points([effect_class(n) for n in names], spacecraft)
+    if simulator.compensation or simulator.recorded:        # of one record alone
+        effects = starting_points([effect_class(n) for n in names], simulator.moved)
         return make_templates(simulator, effects, progress)
     cut = (_rows(simulator), frame.rows, settings.low_hz, settings.high_share)
     key = (spacecraft, *cut, frame.begins, present, names)
@@ -64,6 +64,8 @@ def effect_templates(simulator, settings, names, progress):
 def unmodelled_templates(simulator, settings):
     """Return the templates of changes that no effect of the library makes; as above."""
     frame = simulator.frame
+    if simulator.recorded:
+        return make_change_templates(simulator)
     return _unmodelled(simulator.spacecraft, _rows(simulator), frame.rows, frame.segments,
                        settings, simulator.present)
 

@@ -1,15 +1,19 @@
 """Faults of the data, which no effect makes: what wiring and recorder did to the channels."""
 from ssi_ros.gap.candidate import Candidate
+from ssi_ros.inputs.beside import unpredicted
 from ssi_ros.integrity.repeats import faults_of_samples
 from ssi_ros.integrity.wiring import CrossSpectra, faults_of_spectra
 
 
 def faults_beside_model(simulator, fitted, evidence):
     """Return Faults in the cross-spectra of an Evidence, with the levels alone fitted to it."""
-    nominal, channels = simulator.expected(Candidate()), simulator.spacecraft.sensors
+    nominal, fitted, evidence = unpredicted(
+        simulator, fitted, evidence) if simulator.recorded else (
+        simulator.expected(Candidate()).at_nominal.mean(axis=0), fitted.plain.mean(axis=0),
+        evidence)
     return faults_of_spectra(CrossSpectra(
-        tuple(s.name for s in channels), evidence.frame.frequencies_hz,
-        nominal.at_nominal.mean(axis=0), fitted.plain.mean(axis=0), evidence.mean[0],
+        tuple(s.name for s in simulator.spacecraft.sensors), evidence.frame.frequencies_hz,
+        nominal, fitted, evidence.mean[0],
         len(evidence.segments) / evidence.frame.inflation))
 
 
