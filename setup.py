@@ -31,7 +31,7 @@ setup(
                     'uff': ['pyuff'],
                     'many': ['dask', 'distributed'],
                     'test': ['pytest', 'hypothesis', 'rosbags', 'mcap-ros2-support',
-                             'websockets', 'mkdocs', 'mkdocs-material']},
+                             'websockets', 'mkdocs', 'mkdocs-material', 'math-core']},
     zip_safe=False,
     maintainer='ssi_ros maintainers',
     maintainer_email='maintainers@users.noreply.h-seed-61da63cb.example',
