@@ -13,10 +13,10 @@ import numpy as np
 from ssi_ros.regimes.thresholds import LIMITS
 
 WINDOWS = 8             # of a recording, whose power may fall steadily
-FINER = 16              # zero padding: a peak to a sixteenth of a bin
+FINER = 8               # zero padding: a peak to a sixteenth of a bin
 LOWEST_BINS = 3         # below it a peak is drift, not vibration
 MAIN_LOBE = 2.0         # bins to either side of a peak that are its own, under a Hann taper
-MOST_ROWS = 1 << 18     # of a recording; more resolution is of no use here
+MOST_ROWS = 1 << 16     # whose frequency is taken; more resolution is of no use here
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,10 +38,10 @@ class Vibration:
 
 def vibration(values, rate_hz):
     """Return the strongest Vibration of a recording (n, l) without gaps."""
-    values = values[:MOST_ROWS] - values[:MOST_ROWS].mean(axis=0)
-    rows = len(values)
+    values = values - values.mean(axis=0)
+    rows = min(len(values), MOST_ROWS)
     taper = np.hanning(rows)[:, None]
-    lines = np.fft.rfft(values * taper, FINER * rows, axis=0)[:, :]
+    lines = np.fft.rfft(values[:rows] * taper, FINER * rows, axis=0)
     power = np.square(np.abs(lines))
     low, lobe = LOWEST_BINS * FINER, int(MAIN_LOBE * FINER)
     shares, peaks = [], []

@@ -14,6 +14,7 @@ from ssi_ros.regimes.thresholds import LIMITS
 # power that comes at random, and is another in every period
 RANDOM = (ModalPattern.CHANNEL_NOISE, ModalPattern.IMPULSES, ModalPattern.CHIRP,
           ModalPattern.SAMPLING)
+NOWHERE = 'unknown'     # no site: where the difference lies cannot be said
 
 
 @dataclass(frozen=True)
@@ -21,7 +22,7 @@ class Regime:
     """What two recordings are, as far as it limits an answer."""
 
     refusal: str = ''       # why they cannot be compared as random motion; empty if they can
-    site: str = ''          # where they differ, as far as that is known; empty if not
+    site: str = ''          # where they differ, as far as that is known; empty: by the scores
     texts: tuple = ()       # what was found, in sentences
     structural: bool = False    # whether only a change of the structure explains the difference
     repeated: bool = False      # whether what is more than in the reference repeats itself
@@ -46,12 +47,14 @@ class Regime:
 
 def of_carrier(level):
     """Return the Regime of one vibration that goes on, by the level that differs [dB] or 0."""
+    words = 'both recordings are one vibration that repeats itself'
     if not level:
-        return Regime(carried=True)
+        return Regime('', NOWHERE, (f'{words}, of which the forms of modes under random forces '
+                                    'do not tell: only events and samples are named',),
+                      carried=True)
     return Regime('', Site.EXCITATION.value, (
-        f'both recordings are one vibration that repeats itself, and its level differs by '
-        f'{level:+.1f} dB: what rattles does so otherwise at another level, and no effect is '
-        'concluded from that',), carried=True)
+        f'{words}, and its level differs by {level:+.1f} dB: what rattles does so otherwise at '
+        'another level, and no effect but events and samples is concluded',), carried=True)
 
 
 def of_transients(one, two, lowest_hz):

@@ -8,8 +8,8 @@ rises and falls in all lines at once, so that many bands tell of it no more than
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-WIDE = 61               # bands over which the power of a period is averaged
-LEAST_FREEDOM = 3       # degrees of freedom of a variance that has a mean error
+WIDE = 15               # bands over which the levels of a period are averaged
+LEAST_FREEDOM = 2       # degrees of freedom of a variance that has a mean error
 ROUND_OFF = 1e-300
 
 
@@ -18,7 +18,7 @@ def common_scatter(repeats, dither, cut):
     Return the variance over the periods of relative power, less that of noise, (b,).
 
     `dither` is the power density of the noise that was added to each channel, (l,), `cut` says
-    which the bands are; power is averaged over WIDE bands and over the channels.
+    which the bands are; levels are averaged over WIDE bands and over the channels.
     """
     count, rows, _ = repeats.periods.shape
     lines = np.fft.rfft(repeats.periods, axis=1) * np.sqrt(2 / (rows * repeats.rate_hz))
@@ -27,20 +27,21 @@ def common_scatter(repeats, dither, cut):
     at = np.searchsorted(ends, f) - 1
     inside = (at >= 0) & (at < cut.bands)
 
-    def wide(values):
+    def banded(values):
         out = np.zeros((cut.bands, *values.shape[1:]))
         np.add.at(out, at[inside], values[inside])
-        return uniform_filter1d(out, min(WIDE, cut.bands), axis=0)
+        return out
     power = np.square(np.abs(lines)) + dither
-    usual = wide(power.mean(axis=0))
-    levels = np.array([wide(p) for p in power]) / np.maximum(usual, ROUND_OFF)
+    usual = np.maximum(banded(power.mean(axis=0)), ROUND_OFF)
+    levels = np.array([banded(p) for p in power]) / usual
     # of a sum of lines a X + noise: 2 a^2 s + s^2, with s the power of the noise in each
     rest = np.square(np.abs(lines - lines.mean(axis=0))).sum(axis=0) / (count - 1) + dither
-    noise = wide(2 * power.mean(axis=0) * rest - np.square(rest)) / np.maximum(
-        np.square(usual), ROUND_OFF)
+    noise = banded(2 * power.mean(axis=0) * rest - np.square(rest)) / np.square(usual)
     size = min(WIDE, cut.bands)
-    channels = power.shape[2]
-    found = levels.mean(axis=2).var(axis=0, ddof=1) - noise.mean(axis=1) / size / channels
+
+    def wide(values):
+        return uniform_filter1d(values.mean(axis=-1), size, axis=-1)
+    found = wide(levels).var(axis=0, ddof=1) - wide(noise) / size / power.shape[2]
     return np.maximum(found, 0.0)
 
 
@@ -58,7 +59,7 @@ def steady_share(repeats, dither, cut, freedom):
         return np.ones(cut.bands)
     scatter = sum(k * common_scatter(r, dither, cut) for k, r in zip(known, repeats)) / total
     count = total / len(known) + 1
-    apart = 4 * count / (count + 1) * total / (total - 2) * scatter
+    apart = 4 * count / (count + 1) * total / max(total - 2, 1) * scatter
     order = np.sort(apart)
     # the bands that go with each: all that scatter as much, and others by what they scatter
     below = np.concatenate([[0.0], np.cumsum(order)])

@@ -16,7 +16,7 @@ from ssi_ros.gap.nominal.modal.candidates import (
     candidates_of, mixed, parameters_of, SHIFTED, singles)
 from ssi_ros.gap.nominal.modal.fit import Averages, fit, predict, STEPS
 from ssi_ros.gap.nominal.modal.localisation import localised
-from ssi_ros.gap.nominal.modal.nonlinear_joint import joint
+from ssi_ros.gap.nominal.modal.nonlinear_joint import joint, level_law
 from ssi_ros.gap.nominal.modal.starting_values import distance
 from ssi_ros.gap.nominal.recordings import prepare
 from ssi_ros.gap.nominal.thresholds import LIMITS
@@ -208,8 +208,11 @@ class RecordedComparison(Comparison):
 
     def alike(self, found, ranked):
         """Return the effects whose forms are one without geometry."""
-        candidate = ranked.fit.candidate
-        return tuple(dict.fromkeys((*candidate.names, *candidate.equivalents)))
+        candidate, others = ranked.fit.candidate, ()
+        if self.recordings.regime.structural and self.recordings.clear_level:
+            # a structure that is another at another level may be one that depends on it
+            others = tuple(n for n in showing(level_law(self.recordings)) if n in self.effects)
+        return tuple(dict.fromkeys((*candidate.names, *candidate.equivalents, *others)))
 
     def parameters(self, ranked, detections=()):
         """Return the coordinates of the forms with their intervals, and what was read off."""

@@ -169,7 +169,8 @@ def prepare(reference, record, effects):
             return found
         dither = 2 / pair.rate_hz * np.square(dither_of(clean))
         return found.trusted(independent_share(repeats[0], cut, same_signal(*repeats))).trusted(
-            steady_share(repeats, dither, cut, (one.freedom, two.freedom)))
+            steady_share(repeats[:1 if clear_level else 2], dither, cut,
+                         (one.freedom, two.freedom)))
     there = compared(nominal_of, one, two, effects)
     full_mean = full_mean if there.turn is None else there.one.mean / np.exp(level)
     raw = tuple(s.values[:, [s.channels.index(c) for c in pair.channels]]
