@@ -6,16 +6,18 @@ noise, whose power in many lines hardly scatters. The distortion of a loose join
 rises and falls in all lines at once, so that many bands tell of it no more than one does.
 """
 import numpy as np
-from scipy.ndimage import uniform_filter1d
+from scipy.ndimage import median_filter, uniform_filter1d
+from scipy.stats import chi2
 
 WIDE = 15               # bands over which the levels of a period are averaged
 LEAST_FREEDOM = 2       # degrees of freedom of a variance that has a mean error
+RARE = 0.01             # chance with which noise scatters as much as is taken off
 ROUND_OFF = 1e-300
 
 
 def common_scatter(repeats, dither, cut):
     """
-    Return the variance over the periods of relative power, less that of noise, (b,).
+    Return the variance over the periods of relative power, and that of noise, (b,) each.
 
     `dither` is the power density of the noise that was added to each channel, (l,), `cut` says
     which the bands are; levels are averaged over WIDE bands and over the channels.
@@ -41,8 +43,7 @@ def common_scatter(repeats, dither, cut):
 
     def wide(values):
         return uniform_filter1d(values.mean(axis=-1), size, axis=-1)
-    found = wide(levels).var(axis=0, ddof=1) - wide(noise) / size / power.shape[2]
-    return np.maximum(found, 0.0)
+    return wide(levels).var(axis=0, ddof=1), wide(noise) / size / power.shape[2]
 
 
 def steady_share(repeats, dither, cut, freedom):
@@ -57,7 +58,12 @@ def steady_share(repeats, dither, cut, freedom):
     total = known.sum()
     if min(known) < 1 or total < LEAST_FREEDOM:
         return np.ones(cut.bands)
-    scatter = sum(k * common_scatter(r, dither, cut) for k, r in zip(known, repeats)) / total
+    observed, noise = (sum(k * v for k, v in zip(known, values)) / total for values in zip(*(
+        common_scatter(r, dither, cut) for r in repeats)))
+    # what noise alone reaches in one band of a hundred is no wander
+    scatter = np.maximum(observed - chi2.isf(RARE, total) / total * noise, 0.0)
+    # neighbours wander together: one that does so little in a few periods does by chance
+    scatter = np.maximum(scatter, median_filter(scatter, min(2 * WIDE + 1, cut.bands)))
     count = total / len(known) + 1
     apart = 4 * count / (count + 1) * total / max(total - 2, 1) * scatter
     order = np.sort(apart)
