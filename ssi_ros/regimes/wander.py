@@ -7,11 +7,12 @@ rises and falls in all lines at once, so that many bands tell of it no more than
 """
 import numpy as np
 from scipy.ndimage import median_filter, uniform_filter1d
-from scipy.stats import chi2
+from scipy.stats import chi2, f as fisher
 
 WIDE = 15               # bands over which the levels of a period are averaged
 LEAST_FREEDOM = 2       # degrees of freedom of a variance that has a mean error
-RARE = 0.01             # chance with which noise scatters as much as is taken off
+RARE = 0.01             # chance with which noise scatters as much
+OFTEN = 0.05            # and two recordings of one kind differ as much
 ROUND_OFF = 1e-300
 
 
@@ -58,8 +59,11 @@ def steady_share(repeats, dither, cut, freedom):
     total = known.sum()
     if min(known) < 1 or total < LEAST_FREEDOM:
         return np.ones(cut.bands)
-    observed, noise = (sum(k * v for k, v in zip(known, values)) / total for values in zip(*(
-        common_scatter(r, dither, cut) for r in repeats)))
+    found = [common_scatter(r, dither, cut) for r in repeats]
+    # what the record has far more of than the reference is a difference and no noise of either
+    most = fisher.isf(OFTEN, known[-1], known[0]) * np.maximum(*found[0])
+    observed, noise = (sum(k * np.minimum(v, most) for k, v in zip(known, values)) / total
+                       for values in zip(*found))
     # what noise alone reaches in one band of a hundred is no wander
     scatter = np.maximum(observed - chi2.isf(RARE, total) / total * noise, 0.0)
     # neighbours wander together: one that does so little in a few periods does by chance
