@@ -3,8 +3,8 @@ Recordings that are too short for spectra, or die away: compared by their strong
 
 A mean over segments needs a motion that goes on, and segments in which its strongest vibration
 lies above the lowest band. What is shorter, or rings down, still has a frequency, which is known
-to a part of the reciprocal of the length T, whatever excited it: two that differ by more than 1 / T
-are two vibrations.
+to a part of the reciprocal of the length T, whatever excited it: two that differ by more than
+1 / T are two vibrations, eq. (187).
 """
 from dataclasses import dataclass
 
@@ -13,7 +13,7 @@ import numpy as np
 from ssi_ros.regimes.thresholds import LIMITS
 
 WINDOWS = 8             # of a recording, whose power may fall steadily
-FINER = 8               # zero padding: a peak to a sixteenth of a bin
+FINER = 8               # zero padding: a peak to an eighth of a bin
 LOWEST_BINS = 3         # below it a peak is drift, not vibration
 MAIN_LOBE = 2.0         # bins to either side of a peak that are its own, under a Hann taper
 MOST_ROWS = 1 << 16     # whose frequency is taken; more resolution is of no use here
@@ -59,7 +59,7 @@ def vibration(values, rate_hz):
 
 
 def _levels(column):
-    """Return by how many decibel the power of a channel falls steadily, and by how many it varies."""
+    """Return by how many decibel the power of a channel falls steadily, and how far it varies."""
     power = np.array([np.mean(np.square(part)) for part in np.array_split(column, WINDOWS)])
     level = 10 * np.log10(np.maximum(power, 1e-300))
     at = np.arange(WINDOWS)

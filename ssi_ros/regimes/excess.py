@@ -1,4 +1,4 @@
-"""Whether the power that a record has beyond its reference repeats itself, under a drive that does."""
+"""Whether the power that a record has beyond its reference repeats itself with its drive."""
 from dataclasses import dataclass
 
 import numpy as np

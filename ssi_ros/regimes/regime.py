@@ -1,8 +1,8 @@
 """
 What kind of motion two recordings hold, and which effects an answer may then name.
 
-The forms of effects are those of modes under random forces. Where the recordings show that this is
-not what they hold, only what is known beside them is said: a place, a time, or that nothing can be.
+The forms of effects are those of modes under random forces. Where the recordings show that this
+is not what they hold, only what is known beside them is said: a place, a time, or that nothing is.
 """
 from dataclasses import dataclass
 
