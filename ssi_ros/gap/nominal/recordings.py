@@ -93,7 +93,7 @@ class Recordings:
 
     @cached_property
     def regime(self):
-        """What kind of motion both hold, and which effects may be named of it."""
+        """Kind of motion that both hold, and which effects may be named of it."""
         return regime_of(self)
 
     @cached_property
