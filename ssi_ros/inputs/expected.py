@@ -1,5 +1,5 @@
 """
-Expected periodograms of recorded inputs u and of the channels less a prediction, eq. (186).
+Expected periodograms of recorded inputs u and of the channels less a prediction, eq. (189).
 
 With r = y - H_0 u, H_0 of the model before any effect, a model with the transfer H has the cross
 spectrum (H - H_0) S_u of r and u. S_u is that of the record. Leakage comes from the difference of
