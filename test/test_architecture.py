@@ -6,10 +6,12 @@ import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / 'ssi_ros'
-FREE = {'quantity', 'limits', 'plain_yaml', 'whole_file'}        # what every layer may import
+# what every layer may import
+FREE = {'quantity', 'limits', 'hermitian', 'plain_yaml', 'whole_file'}
 MAY_IMPORT = {            # layer: the layers that it may import, besides itself and FREE
     'quantity': set(),
     'limits': set(),
+    'hermitian': set(),
     'plain_yaml': set(),
     'whole_file': set(),
     'records': set(),

@@ -2,8 +2,8 @@
 import numpy as np
 
 from ssi_ros.gap.inference.goodness_of_fit import distance_of, measure, whitened
-from ssi_ros.gap.nominal.matrices import whitened_alike
 from ssi_ros.gap.selection.localisation import Change, Measured, name_by_sides, Segment
+from ssi_ros.hermitian import whitened_alike
 from ssi_ros.model.system import natural_modes
 
 WIDER = 6               # times the bands of the statistic, for a segment alone

@@ -14,8 +14,8 @@ from ssi_ros.effects.registry import showing
 from ssi_ros.gap.nominal.forms.candidate import Form, Number
 from ssi_ros.gap.nominal.forms.sensor import at_mode
 from ssi_ros.gap.nominal.forms.structure import modal_gain, POINTS
-from ssi_ros.gap.nominal.matrices import matrix_power
 from ssi_ros.gap.nominal.modal.reference import found_again, reach_hz
+from ssi_ros.hermitian import matrix_power
 
 APART = 0.1             # logarithm of the ratio of two frequencies that may mix
 ALIKE = 5.0             # condition of their shapes, beyond which channels do not distinguish them

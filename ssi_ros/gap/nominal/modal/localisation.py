@@ -6,8 +6,8 @@ import numpy as np
 from ssi_ros.gap.comparison import GapStatistic
 from ssi_ros.gap.inference.goodness_of_fit import divergence, floor_of_band
 from ssi_ros.gap.inference.whittle import white
-from ssi_ros.gap.nominal.matrices import whitened_alike
 from ssi_ros.gap.selection.localisation import locate, Measured, Segment, shares_of
+from ssi_ros.hermitian import whitened_alike
 
 WIDER = 6               # bands joined for a group, which has hardly more spectra than channels
 

@@ -6,10 +6,10 @@ from ssi_ros.effects import ModalPattern
 from ssi_ros.effects.registry import showing
 from ssi_ros.gap.comparison import Detection
 from ssi_ros.gap.nominal.forms.structure import amplitude_dependent
-from ssi_ros.gap.nominal.matrices import positive
 from ssi_ros.gap.nominal.modal.amplitude_dependence import significance
 from ssi_ros.gap.nominal.modal.reference import modes_of, moves
 from ssi_ros.gap.nominal.thresholds import LIMITS
+from ssi_ros.hermitian import positive
 
 NEIGHBOURS = 15         # bands over which the distortion of a nonlinearity is smoothed
 WORDS = {

@@ -8,7 +8,6 @@ from ssi_ros.effects.registry import detects
 from ssi_ros.events.single import carrier_rows
 from ssi_ros.gap.comparison import Detection
 from ssi_ros.gap.nominal.forms.candidate import Form, Number
-from ssi_ros.gap.nominal.matrices import positive
 from ssi_ros.gap.nominal.periodic.modulation import modulation
 from ssi_ros.gap.nominal.periodic.period import autocorrelation
 from ssi_ros.gap.nominal.periodic.repeats import (
@@ -18,6 +17,7 @@ from ssi_ros.gap.nominal.stationary.samples import EXACT, replacing
 from ssi_ros.gap.nominal.stationary.tone import line_detection
 from ssi_ros.gap.nominal.thresholds import LIMITS
 from ssi_ros.gap.spectra.band_averages import spectra_of
+from ssi_ros.hermitian import positive
 
 GRID = 1000             # instants of a group at which a level is taken
 

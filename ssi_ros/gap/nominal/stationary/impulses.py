@@ -17,11 +17,11 @@ from ssi_ros.effects.registry import detects
 from ssi_ros.events.detector import event_in
 from ssi_ros.gap.comparison import Detection
 from ssi_ros.gap.nominal.forms.candidate import Form, Number
-from ssi_ros.gap.nominal.matrices import matrix_power, positive
 from ssi_ros.gap.nominal.stationary.level import WINDOWS
 from ssi_ros.gap.nominal.stationary.prediction_error import PREDICTED, predictor
 from ssi_ros.gap.nominal.stationary.samples import EXACT
 from ssi_ros.gap.nominal.thresholds import LIMITS
+from ssi_ros.hermitian import matrix_power, positive
 
 SHAPE = 96              # samples of a pulse, at most
 BURST = 16              # samples in which the loudest places are searched
