@@ -2,8 +2,9 @@
 Simulate a robot arm with a flexible link in MuJoCo, and linearise it for a diagnosis.
 
 `python examples/robot_arm.py arm.npz` writes the linearised model; with a folder and changes of
-the arm after it, such as `real elbow.stiffness=0.96`, also a bag of the changed arm. Needs
-`pip install mujoco`. Encoders of shoulder and elbow, a gyroscope and an accelerometer at the tip.
+the arm after it, such as `real elbow.stiffness=0.96`, also a bag of the changed arm, with the
+torques of its motors as recorded inputs. Needs `pip install mujoco`. Encoders of shoulder and
+elbow, a gyroscope and an accelerometer at the tip.
 """
 import sys
 
@@ -101,21 +102,35 @@ def matrices():
                        freedoms=JOINTS, **names())
 
 
-def record(seconds, seed, gains=(1.0, 1.0, 1.0, 1.0), **changes):
-    """Return Samples of the arm by MuJoCo's integrator under random torques, from rest."""
+def record(seconds, seed, gains=(1.0, 1.0, 1.0, 1.0), late=(0, 0, 0, 0), play=0.0, **changes):
+    """
+    Return Samples of the arm by MuJoCo's integrator under random torques, and of the torques.
+
+    It has moved for ten seconds when they begin. Channels may have gains and be `late` by internal
+    steps, and the spring of the elbow may have `play` to both sides [rad].
+    """
     model = arm(**changes)
     data, rng = mujoco.MjData(model), np.random.default_rng(seed)
     lead = round(10 * RATE_HZ)          # until it moves as if for ever
     count = lead + round(seconds * RATE_HZ)
     torques = rng.standard_normal((count, model.nu)) * TORQUE_N_M
-    values = np.empty((count, len(READ)))
-    for row, torque in zip(values, torques):
-        data.ctrl[:] = torque
+    values = np.empty((count * STEPS, len(READ)))
+    elbow = model.joint('elbow').id
+
+    def spring(model, data):
+        angle = data.qpos[elbow]
+        data.qfrc_passive[elbow] += model.jnt_stiffness[elbow] * np.clip(angle, -play, play)
+    mujoco.set_mjcb_passive(spring if play else None)
+    for i, row in enumerate(values):
+        data.ctrl[:] = torques[i // STEPS]
         mujoco.mj_step(model, data)
         row[:] = data.sensordata[list(READ)]
-        mujoco.mj_step(model, data, STEPS - 1)
-    values = values[lead:] * gains + rng.standard_normal((count - lead, len(READ))) * NOISE
-    return Samples(values, RATE_HZ, tuple(s.name for s in names()['sensors']))
+    mujoco.set_mjcb_passive(None)
+    values = np.column_stack([values[lead * STEPS - n::STEPS, i][:count - lead]
+                              for i, n in enumerate(late)])
+    values = values * gains + rng.standard_normal(values.shape) * NOISE
+    return (Samples(values, RATE_HZ, tuple(s.name for s in names()['sensors'])),
+            Samples(torques[lead:], RATE_HZ, tuple(d.name for d in names()['drives'])))
 
 
 if __name__ == '__main__':
@@ -123,5 +138,6 @@ if __name__ == '__main__':
     if len(sys.argv) > 2:
         from ssi_ros.bag import write_samples
         pairs = (word.split('=') for word in sys.argv[3:])
-        write_samples(sys.argv[2], record(300.0, 1, **{
-            k.replace('.', '_'): float(v) for k, v in pairs}))
+        samples, torques = record(300.0, 1, **{
+            k.replace('.', '_'): float(v) for k, v in pairs})
+        write_samples(sys.argv[2], samples, inputs=torques)

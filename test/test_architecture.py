@@ -6,11 +6,12 @@ import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / 'ssi_ros'
-FREE = {'quantity', 'limits', 'plain_yaml'}        # what every layer may import
+FREE = {'quantity', 'limits', 'plain_yaml', 'whole_file'}        # what every layer may import
 MAY_IMPORT = {            # layer: the layers that it may import, besides itself and FREE
     'quantity': set(),
     'limits': set(),
     'plain_yaml': set(),
+    'whole_file': set(),
     'records': set(),
     'model': {'records'},
     'effects': {'records', 'model'},
@@ -20,11 +21,13 @@ MAY_IMPORT = {            # layer: the layers that it may import, besides itself
     'open_set': {'records', 'model'},
     # parts of the diagnosis kept beside it: what a model does not know of itself, free levels of a
     # recording, single events
-    'gap': {'records', 'model', 'effects', 'identify', 'updating', 'levels', 'events',
-            'integrity', 'open_set'},
+    'gap': {'records', 'model', 'effects', 'identify', 'updating', 'levels', 'events', 'regimes',
+            'integrity', 'open_set', 'inputs'},
+    'inputs': {'records', 'model', 'effects', 'gap', 'integrity', 'updating'},
     'updating': {'records', 'model', 'effects', 'gap', 'integrity'},
     'levels': {'gap'},
     'events': {'gap'},
+    'regimes': {'effects', 'events', 'gap'},
     'planning': {'model', 'effects', 'gap', 'updating'},
     'monitor': {'records'},
     'report': {'records', 'model', 'effects', 'identify', 'gap', 'bag', '__version__'},

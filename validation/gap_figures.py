@@ -25,12 +25,12 @@ def detected(case):
 
 
 def in_class(case):
-    """Return whether the effect is in the class that was told."""
+    """Return whether the effect is in the class that was named."""
     return detected(case) and set(case['effects']) <= set(case['verdict']['class'])
 
 
 def strict(case):
-    """Return whether exactly the effect was told."""
+    """Return whether exactly the effect was named."""
     return detected(case) and sorted(case['verdict']['effects']) == sorted(case['effects'])
 
 
@@ -69,15 +69,15 @@ def draw_detection(cases):
 
 
 def draw_confusion(cases):
-    """Draw what was told against what was there, of the gaps seen."""
+    """Draw what was named against what was there, of the gaps seen."""
     names = list(applicable(None))
-    told = names + ['two effects', 'unexplained']
-    counts = np.zeros((len(names), len(told)))
+    columns = names + ['two effects', 'unexplained']
+    counts = np.zeros((len(names), len(columns)))
     for case in filter(detected, cases):
         effects = case['verdict']['effects']
         column = ('unexplained' if case['outcome'] == 'UNEXPLAINED' else
                   effects[0] if len(effects) == 1 else 'two effects')
-        counts[names.index(case['effects'][0]), told.index(column)] += 1
+        counts[names.index(case['effects'][0]), columns.index(column)] += 1
     shape, save = figure('diagnosis_confusion.png')
     shape.set_size_inches(9, 8)
     axes = shape.subplots()
@@ -85,9 +85,9 @@ def draw_confusion(cases):
     for i, j in zip(*np.nonzero(counts)):
         axes.text(j, i, f'{counts[i, j]:.0f}', ha='center', va='center', fontsize=7,
                   color='white' if i == j else 'black')
-    axes.set_xticks(range(len(told)), told, rotation=90, fontsize=7)
+    axes.set_xticks(range(len(columns)), columns, rotation=90, fontsize=7)
     axes.set_yticks(range(len(names)), names, fontsize=7)
-    axes.set(xlabel='told first', ylabel='was there')
+    axes.set(xlabel='named first', ylabel='was there')
     save()
 
 
@@ -121,7 +121,7 @@ def parameters(cases):
                   '90 % interval holds it'), rows)
 
 
-def strangers(case, alike):
+def of_other_classes(case, alike):
     """Return the candidates and controls of a case that have none of the effects alike."""
     return [k for k in case['candidates'] + case['controls']
             if not set(k['effects']) & {*alike, 'none', 'unknown'}]
@@ -136,7 +136,7 @@ def draw_closed(cases):
             continue
         best = case['candidates'][0]
         rival = max([(k['closed'], '+'.join(k['effects']))
-                     for k in strangers(case, {*case['effects'], *best['class']})
+                     for k in of_other_classes(case, {*case['effects'], *best['class']})
                      if k['closed'] is not None], default=(float('nan'), ''))
         right.append((truth, best['closed']))
         wrong.append((truth, rival[0]))
@@ -161,14 +161,14 @@ def draw_closed(cases):
 
 
 def rivals(cases):
-    """Return the best candidate of another class for each case named right and told by G."""
+    """Return the best candidate of another class for each case named right and shown by G."""
     rows, shares = [], []
     for case in filter(in_class, cases):
         best = case['candidates'][0]
         before = next(k['gap_after'] for k in case['candidates'] if k['effects'] == ['unknown'])
         gain = before - best['gap_after']
         others = [(before - k['gap_after'], k['probability'], '+'.join(k['effects']))
-                  for k in strangers(case, case['verdict']['class']) if 'gap_after' in k]
+                  for k in of_other_classes(case, case['verdict']['class']) if 'gap_after' in k]
         if not others or gain < LEAST:
             continue
         took, probability, name = max(others)
@@ -196,7 +196,7 @@ def main():
     write('diagnosis_curves', 'Diagnosis: curves', [
         f'{len(cases)} cases with one effect each.', '', '## Seen and named against size', '',
         '![](../figures/diagnosis_detection.png)', '', *draw_detection(cases),
-        '## What was told', '', 'Numbers are cases, of those where a gap was seen; rows are what '
+        '## What was named', '', 'Numbers are cases, of those where a gap was seen; rows are what '
         'was there.', '', '![](../figures/diagnosis_confusion.png)', '',
         '## What is closed', '', 'Where the gap is three standard deviations above its floor; '
         'rails and steps change no expected spectrum, so they close nothing at their true size.',

@@ -129,7 +129,7 @@ def arm_records():
     counts = {True: [], False: []}
     cases = [({}, (), 'matrices')] * (NULLS // 2) + [({}, (), 'state_space')] * (NULLS // 2)
     for k, (changes, right, form) in enumerate([*cases, *ARM]):
-        samples = robot.record(300.0, SEED + k, **changes)
+        samples, _ = robot.record(300.0, SEED + k, **changes)
         begin = time.process_time()
         found = diagnose(getattr(robot, form)(), samples)
         took = time.process_time() - begin

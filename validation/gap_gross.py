@@ -43,7 +43,7 @@ SEED = 70_000
 def main(first=0, step=1):
     """Print what is said of every case."""
     spacecraft = load_spacecraft()
-    print('| injected | outcome | named | right | of them told within 90 % | CPU s |\n'
+    print('| injected | outcome | named | right | of them within 90 % of the truth | CPU s |\n'
           + '|---' * 6 + '|', flush=True)
     for k, case in list(enumerate(CASES + LARGER))[first::step]:
         effect = parse_effect(case)
@@ -55,9 +55,9 @@ def main(first=0, step=1):
         named = found.verdict['effects']
         right = ('yes' if named == (effect.name,) else 'in its class'
                  if effect.name in found.verdict['class'] else 'no')
-        told = found.candidates[0].parameters
+        numbers = found.candidates[0].parameters
         held = [v.low90 <= getattr(effect, name.split('.')[1]) <= v.high90
-                for name, v in told.items() if name.startswith(effect.name)
+                for name, v in numbers.items() if name.startswith(effect.name)
                 and np.isfinite(v.low90)]
         print(f'| {case} | {found.outcome} | {" + ".join(named)} | {right} | '
               f'{sum(held)} of {len(held)} | {took:.0f} |', flush=True)

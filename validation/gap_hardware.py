@@ -157,7 +157,7 @@ def effects(*names, setups=SETUPS, seed=100):
     """Print what is said of every effect injected into the second part of every setup."""
     folder = data_folder()
     print('| setup | injected | outcome | named | probability | in class | site right | '
-          'told (true) | closed | CPU s |\n' + '|---' * 10 + '|', flush=True)
+          'found (true) | closed | CPU s |\n' + '|---' * 10 + '|', flush=True)
     right = total = 0
     for name in names or setups:
         *way, split = setups[name]
@@ -174,17 +174,17 @@ def effects(*names, setups=SETUPS, seed=100):
                 try:
                     found, took = timed(*(Samples(v, samples.rate_hz, samples.channels)
                                           for v in (one, values)))
-                except Exception as error:      # a row of its own; the others are still told
+                except Exception as error:      # a row of its own; the others still follow
                     total += 1
                     print(f'| {name} | {case} {size:g} | CRASH {error!r} |', flush=True)
                     continue
-                row, good = told(found, effect, truth)
+                row, good = row_of(found, effect, truth)
                 total, right = total + 1, right + good
                 print(f'| {name} | {case} {size:g} | {row} | {took:.1f} |', flush=True)
     print(f'\n{right} of {total} in class')
 
 
-def told(found, effect, truth):
+def row_of(found, effect, truth):
     """Return the cells of a row, and whether the effect is in the class."""
     top = found.candidates[0]
     named = ' + '.join(found.verdict['effects'])

@@ -24,7 +24,7 @@ SEED = 90_000
 def main():
     """Print what is said of every case."""
     spacecraft = load_spacecraft()
-    print('| injected | told | outcome | reason | CPU s |\n' + '|---' * 5 + '|', flush=True)
+    print('| injected | named | outcome | reason | CPU s |\n' + '|---' * 5 + '|', flush=True)
     for k, case in enumerate(CASES):
         craft = at_decibel(spacecraft, np.random.default_rng(k).uniform(-3, 3))
         samples = simulate_setup(inject(craft, [parse_effect(case)], SECONDS), SEED + k)

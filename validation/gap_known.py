@@ -1,7 +1,7 @@
 """
 Diagnose pairs of measured records of which it is known what separates them.
 
-    SSI_ROS_DATA=FOLDER python -m validation.gap_known [f16 board beam]
+    SSI_ROS_DATA=FOLDER python -m validation.gap_known [f16 board beam splits]
 """
 import argparse
 import re
@@ -23,6 +23,7 @@ JOINT = 'play, friction: softer with level'
 AMPLITUDE = 'another amplitude, rattle'
 SHOCK_S = 3.83, 3.97        # when the shock is: rows 6540 to 6770
 LATE_S = 0.3
+CUTS = 1 / 3, 0.4, 0.5, 0.6, 2 / 3      # where one record is cut in two
 PLATEAU = 0.03, 0.7         # how steady the roller is [V], and how long [s]
 # effects that are right for what is known, and the site of an answer that names none
 RIGHT = {JOINT: ('hinge_friction', 'hinge_freeplay'), AMPLITUDE: ()}
@@ -41,6 +42,20 @@ def f16_pairs(folder):
         for j in levels:
             if i != j:
                 yield f'F-16 {i} -> {j}', levels[i], levels[j], JOINT
+
+
+def f16_splits(folder):
+    """Yield the same of parts of one record, cut at several places, both ways."""
+    for k in (1, 2, 5):
+        samples = f16(k, folder)
+        end = samples.duration_s
+        for share in CUTS:
+            one, two = samples.between(0.0, share * end), samples.between(share * end, end)
+            yield f'F-16 {k}, cut at {share:.2f}', one, two, NULL
+            yield f'F-16 {k}, cut at {share:.2f} turned', two, one, NULL
+        thirds = [samples.between(i * end / 3, (i + 1) * end / 3) for i in range(3)]
+        for i, j in ((0, 2), (2, 0), (1, 2), (1, 0)):
+            yield f'F-16 {k}, third {i + 1} -> {j + 1}', thirds[i], thirds[j], NULL
 
 
 def board_pairs(folder):
@@ -84,7 +99,8 @@ def row(pair, one, two, known):
     begin = time.process_time()
     found = diagnose(RecordedNominal(one), two)
     took, verdict = time.process_time() - begin, found.verdict
-    site = max(found.where.site, key=found.where.site.get)
+    sites = found.where.site
+    site = max(sites, key=sites.get) if any(sites.values()) else ''
     event = re.findall(r'event at ([\d.]+) s', ' '.join(found.signs))
     return (pair, known, worth(found, known, site, event), found.outcome,
             ' + '.join(verdict['effects']), f'{verdict["probability"]:.2f}', site,
@@ -95,7 +111,7 @@ def worth(found, known, site, event):
     """Return what an answer is worth beside what is known."""
     named, outcome = found.verdict['class'], found.outcome
     if outcome == 'TOO_LITTLE_DATA':
-        return 'too short'
+        return 'refused: too short or not stationary'
     if known == NULL:
         return 'right' if outcome == 'WITHIN_FLOOR' else 'false alarm'
     if outcome == 'WITHIN_FLOOR':
@@ -113,7 +129,7 @@ def worth(found, known, site, event):
     return 'right or tied with it' if set(right) & set(named) else 'wrong'
 
 
-PAIRS = {'f16': f16_pairs, 'board': board_pairs, 'beam': beam_pairs}
+PAIRS = {'f16': f16_pairs, 'board': board_pairs, 'beam': beam_pairs, 'splits': f16_splits}
 
 
 def main():

@@ -50,7 +50,7 @@ def data_folder():
 
 
 def null(runs, duration_s=SECONDS, channels=4):
-    """Print how often two records of one spacecraft are told apart; the level differs by 3 dB."""
+    """Print how often two records of one spacecraft are found to differ; levels within 3 dB."""
     quiet = load_spacecraft()
     alarms = []
     for seed in range(runs):

@@ -1,5 +1,5 @@
 """
-Measure how scores of strangers scatter in records that have none, eq. (105b).
+Measure how scores of unmodelled changes scatter in records that have none, eq. (105b).
 
     python -m validation.gap_scatter [RECORDS]
 
@@ -33,7 +33,7 @@ CASES = [(600.0, '', 1.0), (200.0, '', 1.0), (1800.0, '', 0.2),
 NUMBERS = ('frequency of mode 1 ', 'damping of mode 1 ', 'damping of mode 2 ')
 
 
-def scores_of(spacecraft, strangers, seconds, effects, seed):
+def scores_of(spacecraft, changes, seconds, effects, seed):
     """Return the raw and the standardised scores of one record, shape (2, t)."""
     settings = DiagnosisSettings()
     samples = simulate_setup(inject(spacecraft, effects, seconds), seed)
@@ -44,7 +44,7 @@ def scores_of(spacecraft, strangers, seconds, effects, seed):
         Simulator(spacecraft, frame, seconds), samples, limits, settings)
     uncertainty = model_uncertainty(simulator, Candidate(), levels, settings)
     fitted = fit(simulator, evidence, Candidate(effects), levels, uncertainty=uncertainty)
-    return [f(strangers, fitted, evidence, uncertainty).z for f in (score, score_constant)]
+    return [f(changes, fitted, evidence, uncertainty).z for f in (score, score_constant)]
 
 
 def main(records):
@@ -55,15 +55,15 @@ def main(records):
     for seconds, text, share in CASES:
         effects = tuple(parse_effect(t) for t in (text,) if t)
         rows, count = round(seconds * spacecraft.rate_hz), max(2, round(share * records))
-        strangers = constant_templates(Simulator(
+        changes = constant_templates(Simulator(
             spacecraft, make_frame(rows, spacecraft.rate_hz, DiagnosisSettings()), seconds))
-        raw, z = np.array([scores_of(spacecraft, strangers, seconds, effects, SEED + i)
+        raw, z = np.array([scores_of(spacecraft, changes, seconds, effects, SEED + i)
                            for i in range(count)]).swapaxes(0, 1)
-        positive = np.array([s.positive for s in strangers.effects])
+        positive = np.array([s.positive for s in changes.effects])
         p = np.where(positive, norm.sf(z), 2 * norm.sf(np.abs(z))).min(axis=1) * len(positive)
         for number in NUMBERS:
-            at = [i for i, s in enumerate(strangers.effects) if number in s.text]
-            against, own = strangers.effects[at[0]].scatter, z[:, at]
+            at = [i for i, s in enumerate(changes.effects) if number in s.text]
+            against, own = changes.effects[at[0]].scatter, z[:, at]
             print(f'| {count} of {seconds:g} s {text} | {number}| '
                   f'{np.sqrt(np.mean(raw[:, at] ** 2)):.2f} | {against:.2f} | '
                   f'{np.sqrt(np.mean(own ** 2)):.2f} | {own.min():.1f} | {own.max():.1f} | '

@@ -168,7 +168,7 @@ class Follower:
                 'modes': modes}
 
 
-def drift(hours, window_s, hop_s, seed=2, amplitude=DRIFT, told=None):
+def drift(hours, window_s, hop_s, seed=2, amplitude=DRIFT, report=None):
     """Identify a drifting record; return the summary of a `Follower`."""
     source = Drifting(amplitude, seed)
     monitor = Monitor(CHANNELS, RATE_HZ, 0, Identification(window_s=window_s, hop_s=hop_s))
@@ -176,8 +176,8 @@ def drift(hours, window_s, hop_s, seed=2, amplitude=DRIFT, told=None):
     for minutes in range(10, round(hours * 60.0) + 1, 10):
         for window in monitor.push(source.rows(round(600.0 * RATE_HZ))):
             follower.book(window)
-        if told and minutes % 60 == 0:
-            told({'hours': minutes / 60.0, **follower.summary()})
+        if report and minutes % 60 == 0:
+            report({'hours': minutes / 60.0, **follower.summary()})
     return follower.summary()
 
 
@@ -202,7 +202,7 @@ def main():
     if args.part == 'memory':
         keep({'hours': args.hours, 'table': memory(args.hours, args.window_s, args.hop_s)})
     else:
-        drift(args.hours, args.window_s, args.hop_s, told=keep)
+        drift(args.hours, args.window_s, args.hop_s, report=keep)
 
 
 def write(kept):
@@ -232,7 +232,7 @@ def write(kept):
                   f'* Modes further than 1 % from every true one: {d["false"]} in '
                   f'{d["windows"]} windows.', '',
                   'The error is against the mean frequency of the window, over the spread that '
-                  'was told; 1 and 95 % are right.', '',
+                  'was given; 1 and 95 % are right.', '',
                   *report.table(['f [Hz]', 'found [%]', 'lives', 'rms error / spread',
                                  'within 2 spreads [%]', 'rms error [%]',
                                  'damping: rms error / spread'], d['modes'])]

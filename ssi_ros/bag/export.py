@@ -4,6 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
+from ssi_ros.whole_file import whole_file
+
 
 def export_recording(recording, path):
     """
@@ -31,7 +33,8 @@ def export_recording(recording, path):
         arrays = {}
         for name, stamps, values in zip(names, recording.stamps_ns, recording.values):
             arrays[f'{name}_stamps_ns'], arrays[f'{name}_values'] = stamps, values
-        np.savez_compressed(path, **arrays)
+        with whole_file(path, 'wb') as f:
+            np.savez_compressed(f, **arrays)
         return
     rows = np.unique(np.concatenate(recording.stamps_ns))
     columns = []
@@ -43,7 +46,7 @@ def export_recording(recording, path):
                              'export to .npz')
         cells[at] = [repr(v) for v in values.tolist()]       # repr: reads back to the same bits
         columns.append(cells)
-    with open(path, 'x', newline='') as f:
+    with whole_file(path, newline='') as f:
         writer = csv.writer(f)
         writer.writerow(('stamp_ns', *names))
         writer.writerows(zip(rows.tolist(), *columns))

@@ -1,15 +1,28 @@
 """Write sampled channels as accelerometer topics, a whole chunk of messages at a time."""
 import numpy as np
 
+from ssi_ros.records import Samples
+
 from .layout import SENSOR
 from .mcap_file import Block, CHUNK_BYTES
 from .names import check_topic
 from .writer import BagWriter
 
 TYPE, FIELD = 'geometry_msgs/msg/AccelStamped', 'accel.linear.z'
+# of an input: the same members in the same order
+WRENCH, WRENCH_FIELDS = 'geometry_msgs/msg/WrenchStamped', tuple(
+    f'wrench.{part}.{axis}' for part in ('force', 'torque') for axis in 'xyz')
 
 
-def write_samples(path, samples, *, topics=None, frame_ids=None, extra=None, progress=None):
+def input_channel(name):
+    """Return topic and field that `write_samples` writes an input to: torque_y turns about y."""
+    axis = name.removeprefix('torque_')
+    return f'/input/{name}', 'wrench.torque.' + axis if axis in ('x', 'y', 'z') else (
+        WRENCH_FIELDS[0])
+
+
+def write_samples(path, samples, *, topics=None, frame_ids=None, inputs=None, extra=None,
+                  progress=None):
     """
     Write samples to a new bag, one geometry_msgs/msg/AccelStamped topic a channel.
 
@@ -27,6 +40,9 @@ def write_samples(path, samples, *, topics=None, frame_ids=None, extra=None, pro
         Topic of each channel; `/accelerometer/<channel>` if not given.
     frame_ids : sequence of str, optional
         frame_id of each channel; its name if not given.
+    inputs : Samples, optional
+        Inputs that were recorded beside, a geometry_msgs/msg/WrenchStamped topic each, see
+        `input_channel`.
     extra : dict, optional
         Words to words, kept as custom_data in metadata.yaml (a seed, a command).
     progress : callable, optional
@@ -40,13 +56,22 @@ def write_samples(path, samples, *, topics=None, frame_ids=None, extra=None, pro
     """
     topics = tuple(topics or (f'/accelerometer/{c}' for c in samples.channels))
     frames = tuple(frame_ids or samples.channels)
+    types, places = [TYPE] * len(topics), [2] * len(topics)
+    if inputs is not None:
+        named = [input_channel(n) for n in inputs.channels]
+        topics += tuple(topic for topic, _ in named)
+        frames += tuple(inputs.channels)
+        types += [WRENCH] * len(named)
+        places += [WRENCH_FIELDS.index(field) for _, field in named]
+        samples = Samples(np.hstack([samples.values, inputs.values]), samples.rate_hz,
+                          samples.channels + inputs.channels, samples.start_ns)
     _check(samples, topics, frames)
     extra = {str(k): str(v) for k, v in (extra or {}).items()}
     stamps = samples.stamps_ns()
     with BagWriter(path, custom_data=extra) as bag:
-        for topic in topics:
-            bag.add_topic(topic, TYPE, SENSOR)
-        rows = _Rows(frames, [bag.channel_id(t) for t in topics])
+        for topic, type_name in zip(topics, types):
+            bag.add_topic(topic, type_name, SENSOR)
+        rows = _Rows(frames, [bag.channel_id(t) for t in topics], places)
         step = max(1, CHUNK_BYTES // rows.width)
         for first in range(0, len(stamps), step):
             block = rows.block(stamps[first:first + step], samples.values[first:first + step])
@@ -109,18 +134,18 @@ def _accel(frame_id):
                    'frame': np.void(text)}
 
 
-def _fill(messages, fixed, stamps, values):
+def _fill(messages, fixed, stamps, values, place=2):
     for name, value in fixed.items():
         messages[name] = value
     messages['sec'], messages['nanosec'] = np.divmod(stamps, 1_000_000_000)
-    messages['linear'][:, 2] = values
+    messages[('linear', 'angular')[place // 3]][:, place % 3] = values
 
 
 class _Rows:
     """The message records of one sampling instant as one packed numpy type."""
 
-    def __init__(self, frames, channel_ids):
-        self.ids, self._fixed, records = channel_ids, [], []
+    def __init__(self, frames, channel_ids, places):
+        self.ids, self._places, self._fixed, records = channel_ids, places, [], []
         for i, frame in enumerate(frames):
             accel, fixed = _accel(frame)
             records.append((f'm{i}', np.dtype([
@@ -142,7 +167,7 @@ class _Rows:
             message['opcode'], message['channel'] = 5, channel
             message['length'] = 22 + message['cdr'].dtype.itemsize
             message['log'] = message['publish'] = stamps
-            _fill(message['cdr'], self._fixed[i], stamps, values[:, i])
+            _fill(message['cdr'], self._fixed[i], stamps, values[:, i], self._places[i])
         records = rows.view(np.uint8).reshape(len(stamps), self.width)
         if not there.all():
             records = records[np.repeat(there, self._sizes, axis=1)]

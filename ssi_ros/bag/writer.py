@@ -1,6 +1,7 @@
 """Write a bag in rosbag2's layout: flushed and synced beside the caller, split, closed whole."""
 from array import array
 from dataclasses import replace
+import errno
 from pathlib import Path
 import queue
 import threading
@@ -11,6 +12,7 @@ from .layout import channel_metadata, dump, information, profiles_of, save_infor
 from .mcap_file import Block, CHUNK_BYTES, McapFile, MESSAGE_HEAD
 
 _MESSAGE = 5                       # opcode of a message record
+_FULL = {errno.ENOSPC, errno.EDQUOT}        # of which there may be an end
 _MOST_WAITING = 64 << 20           # bytes handed over and not yet written, before `write` waits
 
 
@@ -38,6 +40,16 @@ class BagWriter:
         Monotonic time [s] by which a flush is due.
     custom_data : dict, optional
         Words to words, kept in metadata.yaml.
+    patient : bool
+        Leave out what does not fit on a full disk and go on when there is space again; see
+        `full` and `dropped`.
+
+    Attributes
+    ----------
+    full : str
+        Why the newest chunk of a patient writer was left out; empty while all is written.
+    dropped : int
+        Messages that were left out so.
 
     Raises
     ------
@@ -50,7 +62,7 @@ class BagWriter:
     """
 
     def __init__(self, folder, *, split_bytes=0, split_s=0, compression='zstd', flush_s=0.5,
-                 clock=time.monotonic, custom_data=None):
+                 clock=time.monotonic, custom_data=None, patient=False):
         for name, value in (('split_bytes', split_bytes), ('split_s', split_s)):
             if not value >= 0:
                 raise ValueError(f'{name}={value} must be 0 (no split) or more')
@@ -63,7 +75,8 @@ class BagWriter:
         self.topics = {}
         self._split_bytes, self._split_ns = split_bytes, round(split_s * 1e9)
         self._compression, self._flush_s, self._clock = compression, flush_s, clock
-        self._custom_data = custom_data
+        self._custom_data, self._patient = custom_data, patient
+        self.full, self.dropped, self._late_topics = '', 0, []
         self._ids, self._files, self._counts = {}, [], {}
         self._queue, self._waiting, self._lock = queue.SimpleQueue(), 0, threading.Lock()
         self._failure, self._told, self._closed, self._dirty = None, False, False, False
@@ -226,9 +239,14 @@ class BagWriter:
         if self._closed:
             raise ValueError(f'{self.folder} is closed; open a new bag to write more')
 
+    @property
+    def kept(self):
+        """Return the number of messages that are in the files."""
+        return sum(self._counts.values())
+
     def _told_failure(self):
         self._told = True
-        n = sum(self._counts.values())
+        n = self.kept
         return OSError(self._failure.errno, f'{self._failure.strerror or self._failure}: the '
                        f'{n} messages written before are kept in {self.folder}; free some space'
                        f' and, if the bag does not open, run ssi_ros recover {self.folder}')
@@ -268,16 +286,31 @@ class BagWriter:
             try:
                 if self._failure is None:
                     self._do(item)
+                    self.full = '' if isinstance(item, Block) else self.full
             except OSError as error:
-                self._failure = error
+                self._refused(item, error)
             if isinstance(item, Block):
                 with self._lock:
                     self._waiting -= len(item.records)
+
+    def _refused(self, item, error):
+        """Leave out what the disk does not take, if it may take the next; else it has failed."""
+        if not (self._patient and error.errno in _FULL and isinstance(item, (Topic, Block))):
+            self._failure = error
+            return
+        self.full = error.strerror
+        if isinstance(item, Topic):
+            self._late_topics.append(item)
+        else:
+            self.dropped += sum(item.counts().values())
 
     def _do(self, item):
         if isinstance(item, Topic):
             self._register(item)
         elif isinstance(item, Block):
+            while self._late_topics:
+                self._register(self._late_topics[0])
+                self._late_topics.pop(0)
             if self._split_bytes and self._file.size >= self._split_bytes and self._file.counts:
                 self._next_file()
             self._file.add_block(item)

@@ -13,6 +13,7 @@ from pathlib import Path
 
 from ssi_ros.cli._memory import keep_freed_memory
 from ssi_ros.gap.diagnosis import probability_text
+from ssi_ros.whole_file import whole_file, write_whole
 
 ANSWERS = 'diagnoses'           # folder of the answers, beside the bags
 COLUMNS = ('bag', 'outcome', 'effect', 'probability', 'reason')
@@ -37,7 +38,7 @@ def run_many(args):
 
     folder = args.many
     for value, word in ((args.html, '--html'), (args.markdown, '--markdown'),
-                        (args.apply, '--apply')):
+                        (args.apply, '--apply'), (args.input, '--input')):
         if value is not None:
             raise ValueError(f'{word} belongs to a single bag; leave it out with --many')
     answers = args.json or folder / ANSWERS
@@ -103,7 +104,7 @@ def diagnose_one(job, name, bag, answers):
         found = {'outcome': FAILED, 'reason': f'{type(error).__name__}: {error}'}
     path = _answer(name, answers)
     path.parent.mkdir(parents=True, exist_ok=True)
-    write_at_once(path, json.dumps({'bag': name} | found, indent=1) + '\n')
+    write_whole(path, json.dumps({'bag': name} | found, indent=1) + '\n')
     return row_of(name, found)
 
 
@@ -181,7 +182,7 @@ def _same_run(path, job):
                 f'{path.parent} holds the answers of a run with other ' + ', '.join(
                     f'{k} ({before.get(k)!r}, now {mine[k]!r})' for k in other)
                 + '; give another folder with --json')
-    write_at_once(path, json.dumps(mine, indent=1) + '\n')
+    write_whole(path, json.dumps(mine, indent=1) + '\n')
 
 
 def _read(name, answers):
@@ -191,13 +192,6 @@ def _read(name, answers):
         return None
     found = json.loads(path.read_text())
     return None if found['outcome'] == FAILED else row_of(name, found)
-
-
-def write_at_once(path, text):
-    """Write a file so that it is either whole or not there."""
-    draft = path.with_name(f'.{path.name}.{os.getpid()}')
-    draft.write_text(text)
-    os.replace(draft, path)
 
 
 def row_of(name, found):
@@ -227,9 +221,7 @@ def table(rows):
 
 def write_csv(path, rows):
     """Write the table as CSV."""
-    draft = path.with_name(f'.{path.name}')
-    with open(draft, 'w', newline='') as file:
+    with whole_file(path, newline='') as file:
         writer = csv.DictWriter(file, COLUMNS)
         writer.writeheader()
         writer.writerows(rows)
-    os.replace(draft, path)

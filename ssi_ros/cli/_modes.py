@@ -4,6 +4,8 @@ from dataclasses import replace
 import math
 from pathlib import Path
 
+from ssi_ros.whole_file import whole_file, whole_path
+
 ENDS = ('.csv', '.uff', '.unv')
 
 
@@ -89,15 +91,15 @@ def write_modes(path, window, names):
         _write_csv(path, window, names)
         return
     pyuff = _pyuff()
-    path.unlink(missing_ok=True)            # the package appends
-    pyuff.UFF(str(path)).write_sets([_set_55(m, k, names) for k, m in enumerate(window.modes, 1)],
-                                    'overwrite')
+    with whole_path(path) as draft:         # a new one: the package appends
+        pyuff.UFF(str(draft)).write_sets(
+            [_set_55(m, k, names) for k, m in enumerate(window.modes, 1)], 'overwrite')
 
 
 def _write_csv(path, window, names):
     heads = ['id', 'label', 'frequency_hz', 'frequency_std_hz', 'damping_ratio',
              'damping_ratio_std', *(f'{part}_{n}' for n in names for part in ('re', 'im'))]
-    with path.open('w', newline='', encoding='utf-8') as file:
+    with whole_file(path, newline='', encoding='utf-8') as file:
         writer = csv.writer(file)
         writer.writerow(heads)
         for m in window.modes:

@@ -16,10 +16,11 @@ def read_samples(path, rate_hz, channels=None):
     from dataclasses import replace
 
     from ssi_ros.bag import read_channels
+    from ssi_ros.cli._options import warn
     from ssi_ros.report.samples import samples_of
 
     try:
-        samples = samples_of(read_channels(path, channels), rate_hz)
+        samples = samples_of(read_channels(path, channels), rate_hz, lambda text: warn([text]))
     except ValueError as error:
         raise ValueError(f'{path}: {error}') from error
     return replace(samples, channels=tuple(n.rsplit('/', 1)[-1] for n in samples.channels))

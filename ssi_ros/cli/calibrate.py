@@ -10,6 +10,8 @@ is not explained.
 """
 from pathlib import Path
 
+from ssi_ros.whole_file import write_whole
+
 HELP = 'move a model onto healthy recordings'
 EXAMPLE = 'ssi_ros calibrate healthy --output calibrated.yaml'
 KINDS = (('frequency', 100.0, '%'), ('damping', 100.0, '%'), ('participation', 100.0, '%'),
@@ -53,12 +55,11 @@ def run(args):
     save_configuration(found.spacecraft, present, args.output)
     print(f'wrote {args.output}')
     if args.json:
-        args.json.write_text(json.dumps(plain(found, args.bags), indent=1) + '\n')
+        write_whole(args.json, json.dumps(plain(found, args.bags), indent=1) + '\n')
     if args.html:
         from ssi_ros.report.calibration_page import calibration_page
-        args.html.write_text(calibration_page(
-            found, spacecraft, recordings[0], settings, present, str(args.bags[0])),
-            encoding='utf-8')
+        write_whole(args.html, calibration_page(
+            found, spacecraft, recordings[0], settings, present, str(args.bags[0])))
         print(f'wrote {args.html}')
     return 0 if found.explains else 1
 

@@ -6,6 +6,8 @@ then the recorded bag is played to a second identifier and read offline.
 """
 from pathlib import Path
 
+from ssi_ros.whole_file import write_whole
+
 HELP = 'simulate, identify live, record to MCAP, replay, compare'
 EXAMPLE = 'ssi_ros demo --duration-s 420 --speed 10'
 
@@ -55,7 +57,7 @@ def run(args):
         offline, _ = identify_stamped(recording.names, recording.stamps_ns, recording.values,
                                       settings, arrivals_ns=recording.arrivals_ns,
                                       progress=progress)
-    (args.folder / 'modes.json').write_text(json.dumps(
+    write_whole(args.folder / 'modes.json', json.dumps(
         modes_json(outcome.live.values(), int(recording.stamps_ns[0][0]))))
     theory = natural_modes(assemble(load_spacecraft()))
     last = outcome.live[max(outcome.live)]

@@ -7,12 +7,15 @@ use. Exit code 0: the record is explained (or there is no gap), 1: it is not.
 """
 from pathlib import Path
 
+from ssi_ros.whole_file import write_whole
+
 HELP = 'find which unmodelled effect makes a bag differ from the model'
 EXAMPLE = 'ssi_ros diagnose quiet --json diagnosis.json'
 
 
 def add_arguments(parser):
     """Declare the options."""
+    from ssi_ros.cli._inputs import add_input
     parser.add_argument('bag', type=Path, metavar='BAG', nargs='?', help='folder of the bag')
     parser.add_argument('--many', type=Path, metavar='FOLDER',
                         help='diagnose every bag below this folder on a Dask cluster; the same '
@@ -31,6 +34,7 @@ def add_arguments(parser):
                         help='with --reference, or a model in .npz or .mat: a numeric field of '
                         'the bag, in the order of the channels of a model; repeatable (default: '
                         'accel.linear.z of every AccelStamped topic)')
+    add_input(parser)
     parser.add_argument('--settings', metavar='FILE', help='YAML as config/diagnosis.yaml')
     parser.add_argument('--effects', metavar='A,B', help='consider only these effects')
     parser.add_argument('--no-pairs', action='store_true',
@@ -68,7 +72,7 @@ def run(args):
                          progress=progress)
     print(text(found))
     if args.json:
-        args.json.write_text(json.dumps(found.to_json(), indent=1) + '\n')
+        write_whole(args.json, json.dumps(found.to_json(), indent=1) + '\n')
     if args.html or args.markdown:
         write_pages(found, args, _view(found, nominal, samples, settings))
     if args.apply:
@@ -83,6 +87,7 @@ def run(args):
 def _inputs(args):
     """Return the nominal, a model or a recording, and the samples of the bag."""
     from ssi_ros.bag import parse_channel
+    from ssi_ros.cli._inputs import read_inputs
     from ssi_ros.cli._samples import read_samples
     from ssi_ros.effects import load_configuration
     from ssi_ros.gap.nominal.model import ModelNominal
@@ -93,8 +98,11 @@ def _inputs(args):
         channels = channels_of(spacecraft, args.channel)
         if args.reference is not None:
             spacecraft = _calibrated(spacecraft, present, channels, args)
-        return (ModelNominal(spacecraft, present),
-                read_samples(args.bag, spacecraft.rate_hz, channels))
+        samples = read_samples(args.bag, spacecraft.rate_hz, channels)
+        inputs = read_inputs(args.bag, args.input, spacecraft, samples)
+        return ModelNominal(spacecraft, present, inputs), samples
+    if args.input:
+        raise ValueError('--input is predicted by a model; give --model as well, or leave it out')
     if args.apply is not None:
         raise ValueError('--apply needs a simulator, which a reference recording is not; give '
                          '--model as well, or leave out --apply')
@@ -158,7 +166,7 @@ def write_pages(found, args, view):
         f'--reference {args.reference}' if args.reference else '')))}
     for path, make in ((args.html, diagnosis_page), (args.markdown, diagnosis_markdown)):
         if path:
-            path.write_text(make(found, view, **words), encoding='utf-8')
+            write_whole(path, make(found, view, **words))
             print(f'wrote {path}')
 
 

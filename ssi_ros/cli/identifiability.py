@@ -12,6 +12,8 @@ of the model imitate the effect, and a calibration on a healthy recording would 
 """
 from pathlib import Path
 
+from ssi_ros.whole_file import write_whole
+
 HELP = 'which effects a record of a given length would show and distinguish'
 EXAMPLE = 'ssi_ros identifiability --duration-s 600'
 
@@ -53,7 +55,7 @@ def run(args):
     for group, ways in groups:
         print(f'  {", ".join(group)}; what would distinguish them: {"; ".join(ways)}')
     if args.json:
-        args.json.write_text(json.dumps({
+        plain = {
             'schema': 'ssi_ros/identifiability/1', 'duration_s': args.duration_s,
             'classes': [list(group) for group, _ in groups],
             'separate_by': [list(ways) for _, ways in groups],
@@ -61,8 +63,8 @@ def run(args):
                          'detection': v.detection if v.detection == v.detection else None,
                          'exact': v.exact if v.exact == v.exact else None,
                          'seen': v.seen.text() if v.seen else None,
-                         'alike': [[n, c] for n, c in v.alike]} for v in found]}, indent=1)
-            + '\n')
+                         'alike': [[n, c] for n, c in v.alike]} for v in found]}
+        write_whole(args.json, json.dumps(plain, indent=1) + '\n')
     return 0
 
 

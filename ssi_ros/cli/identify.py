@@ -10,6 +10,8 @@ era and okid tell no spreads; all but ssi_cov need every sample.
 """
 from pathlib import Path
 
+from ssi_ros.whole_file import write_whole
+
 HELP = 'frequencies and damping of a bag, on sliding windows'
 EXAMPLE = 'ssi_ros identify bags/quiet --window-s 60 --hop-s 10 --json -'
 JUMPS_SHOWN = 10          # jumps of the clock that are printed one by one
@@ -86,11 +88,13 @@ def run(args):
         if args.json == '-':
             print(text)
         else:
-            Path(args.json).write_text(text)
+            write_whole(args.json, text)
     out = sys.stderr if args.json == '-' else sys.stdout
     print(coloured(_summary(windows, grid, recording.names, method, first_ns), out), file=out)
     if args.modes:
         write_modes(args.modes, windows[-1], names)
+    if not (grid.jumps or grid.turns):
+        say_offsets(recording, names, windows, grid.rate_hz)
     if args.explain is not None:
         from ssi_ros.identify import explain
         print(explain(windows[-1], args.explain), file=out)
@@ -102,6 +106,15 @@ def run(args):
         for path in paths:
             print(f'wrote {path}', file=out)
     return 0 if any(w.modes for w in windows) else 1
+
+
+def say_offsets(recording, names, windows, rate_hz):
+    """Warn of channels that are sampled beside the first one."""
+    from ssi_ros.cli._options import warn
+    from ssi_ros.identify.offsets import offsets, words
+    found = offsets(recording.stamps_ns[:len(names)], rate_hz, windows[0].start_ns,
+                    windows[-1].end_ns)
+    warn(words(found, names, rate_hz))
 
 
 def _read(path, channels, inputs, progress):
@@ -136,11 +149,18 @@ def _summary(windows, grid, names, method, first_ns):
                   ('missing', 'late', 'duplicates', 'out_of_order', 'not_finite', 'bad_stamps')}
         if any(faults.values()):
             lines.append(f'{name}: ' + ', '.join(f'{v} {k}' for k, v in faults.items() if v))
+        if count.off_rate:
+            lines.append(f'{name}: {count.off_rate} of {count.received} samples do not come at '
+                         f'the rate of the grid (in the end {count.rate_hz:.5g} Hz) and are left '
+                         'out')
     for old, new in grid.jumps[:JUMPS_SHOWN]:
         lines.append(f'the clock jumped by {(new - old) * 1e-9:+.3f} s at '
                      f'{(old - first_ns) * 1e-9:.1f} s: a new window began there')
     if len(grid.jumps) > JUMPS_SHOWN:
         lines.append(f'the clock jumped {len(grid.jumps)} times in all')
+    for at, name in grid.turns[:JUMPS_SHOWN]:
+        lines.append(f'the rate of {name} changed before {(at - first_ns) * 1e-9:.1f} s: a new '
+                     'window began there')
     refused = [w for w in windows if not w.modes]
     names = names[:len(names) - len(method.inputs)]
     by = '' if method.name == 'ssi_cov' else f', {method.name}' + (

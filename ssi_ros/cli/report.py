@@ -6,6 +6,8 @@ spacecraft, diagnosed, and its modes move on it.
 """
 from pathlib import Path
 
+from ssi_ros.whole_file import write_whole
+
 HELP = 'one interactive page of a bag'
 EXAMPLE = 'ssi_ros report night_1 --model config/spacecraft.yaml --output night_1.html'
 
@@ -37,7 +39,7 @@ def run(args):
     """Read, identify, diagnose, write."""
     from ssi_ros.bag import open_bag, parse_channel, read_channels
     from ssi_ros.cli._modes import scaled
-    from ssi_ros.cli._options import Progress
+    from ssi_ros.cli._options import Progress, warn
     from ssi_ros.effects import load_configuration
     from ssi_ros.gap.check import match
     from ssi_ros.report.bag_page import bag_page, windows_of
@@ -51,7 +53,8 @@ def run(args):
     with Progress('reading') as progress:
         recording = read_channels(bag, channels, progress)
     recording = scaled(recording, args.scale)
-    samples = samples_of(recording, args.rate_hz or (spacecraft.rate_hz if spacecraft else 0.0))
+    samples = samples_of(recording, args.rate_hz or (spacecraft.rate_hz if spacecraft else 0.0),
+                         lambda sentence: warn([sentence]))
     judged = None
     if spacecraft:
         judged = _judge(spacecraft, present, samples, args)
@@ -63,7 +66,7 @@ def run(args):
              *((k, v) for k, v in bag.custom_data.items() if v)]
     with Progress('drawing'):
         text = bag_page(args.bag.name, samples, windows, facts=facts, judged=judged)
-    output.write_text(text, encoding='utf-8')
+    write_whole(output, text)
     if judged is not None and judged.diagnosis is not None:
         print(f'{judged.diagnosis.outcome}: {headline(judged.diagnosis.to_json())}')
     print(f'wrote {output}: {len(windows[-1].modes)} modes in the last of {len(windows)} windows, '

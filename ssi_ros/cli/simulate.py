@@ -29,6 +29,9 @@ def add_arguments(parser):
                         help='what acts on it (default: ambient)')
     parser.add_argument('--effect', action='append', default=[], metavar='NAME:PARAM=VALUE,...',
                         help='inject an effect of `ssi_ros effects`; may be repeated')
+    parser.add_argument('--record-input', action='store_true',
+                        help='write what drives it as well, each input that has a level: topics '
+                        '/input/NAME, for --input of diagnose')
     parser.add_argument('--rate-hz', type=between(1e-6, 1e6),
                         help='sampling rate [Hz] (default: the configured one)')
     parser.add_argument('--at-rest', action='store_true',
@@ -45,6 +48,8 @@ def run(args):
     import time
 
     from ssi_ros.bag import write_samples
+    from ssi_ros.bag.samples import input_channel
+    from ssi_ros.cli._inputs import simulated_inputs
     from ssi_ros.cli._memory import check_memory
     from ssi_ros.cli._options import count, Progress, say_taken
     from ssi_ros.cli._outputs import check_room, make_room
@@ -63,30 +68,37 @@ def run(args):
     rate_hz = args.rate_hz or spacecraft.rate_hz
     check_memory(COPIES * 8.0 * len(assemble(spacecraft).channels) * rate_hz * args.duration_s,
                  f'{args.duration_s:g} s at {rate_hz:g} Hz')
-    how = {'at_rest': args.at_rest, 'start_ns': round(args.start_s * 1e9)}
+    how, inputs = {'at_rest': args.at_rest, 'start_ns': round(args.start_s * 1e9)}, None
     with Progress('simulating') as progress:
         if effects:
             spacecraft = replace(spacecraft, rate_hz=args.rate_hz or spacecraft.rate_hz)
             if args.excitation != 'ambient':
                 chosen(assemble(spacecraft), args.excitation)       # it is one of its own
                 spacecraft = _with_excitation(spacecraft, args.excitation)
-            samples = simulate_setup(inject(spacecraft, effects, args.duration_s), args.seed,
-                                     progress=progress, **how)
+            setup = inject(spacecraft, effects, args.duration_s)
+            samples = simulate_setup(setup, args.seed, progress=progress, **how)
+            acting = assemble(spacecraft).excitation
         else:
             system = assemble(spacecraft)
+            acting = chosen(system, args.excitation)
             samples = simulate(system, args.duration_s, args.seed, rate_hz=args.rate_hz,
-                               excitation=chosen(system, args.excitation), progress=progress,
-                               **how)
+                               excitation=acting, progress=progress, **how)
+            setup = inject(replace(spacecraft, rate_hz=rate_hz), (), args.duration_s)
+    if args.record_input:
+        inputs = simulated_inputs(setup, acting, samples, args.seed)
     made = {'command': 'ssi_ros simulate', 'seed': args.seed, 'excitation': args.excitation,
             'config': args.config or 'packaged', 'effects': ' '.join(e.text() for e in effects)}
     make_room(args.bag)
     with Progress('writing') as progress:
-        write_samples(args.bag, samples, extra=made, progress=progress)
+        write_samples(args.bag, samples, inputs=inputs, extra=made, progress=progress)
     took = time.perf_counter() - begin
     channels = count(len(samples.channels), 'channel')
     print(f'{args.bag}: {len(samples.values)} samples of {channels} at {samples.rate_hz:g} Hz, '
           f'{samples.duration_s:g} s in {took:.2f} s '
           f'({samples.duration_s / took:.0f} times real time)')
+    if inputs is not None:
+        print('diagnose it with ' + ' '.join(
+            '--input ' + ':'.join(input_channel(n)) for n in inputs.channels))
     return 0
 
 

@@ -10,6 +10,7 @@ from ssi_ros.model.linear_model import LinearModel
 from ssi_ros.model.model_file import is_model_file, load_model, save_model
 from ssi_ros.model.spacecraft import packaged, Spacecraft
 from ssi_ros.quantity import defaulted, from_mapping, to_mapping
+from ssi_ros.whole_file import write_whole
 
 
 def load_configuration(path=None):
@@ -64,4 +65,4 @@ def save_configuration(spacecraft, effects, path):
         save_model(spacecraft, path, [e.text() for e in effects])
         return
     plain = to_mapping(spacecraft) | {'effects': [e.text() for e in effects]}
-    Path(path).write_text(yaml.safe_dump(plain, sort_keys=False))
+    write_whole(path, yaml.safe_dump(plain, sort_keys=False))

@@ -10,7 +10,6 @@ import hashlib
 import inspect
 import os
 from pathlib import Path
-import tempfile
 import zipfile
 
 import numpy as np
@@ -22,6 +21,7 @@ from ssi_ros.gap.inference.unmodelled.templates import make_change_templates
 from ssi_ros.gap.nominal.simulator import Simulator
 from ssi_ros.gap.nominal.starting_points import starting_points
 from ssi_ros.gap.spectra.segmentation import frame_at
+from ssi_ros.whole_file import whole_file
 
 KEPT = 4                # sets of templates that stay, on disk and in memory; some 120 MB each
 LAYERS = ('model', 'effects', 'gap')
@@ -41,8 +41,8 @@ def effect_templates(simulator, settings, names, progress):
     `progress` is called with the share done. Those of a record with long gaps are kept in memory.
     """
     spacecraft, frame, present = simulator.spacecraft, simulator.frame, simulator.present
-    if simulator.compensation:          # of one record alone
-        effects = starting_points([effect_class(n) for n in names], spacecraft)
+    if simulator.compensation or simulator.recorded:        # of one record alone
+        effects = starting_points([effect_class(n) for n in names], simulator.moved)
         return make_templates(simulator, effects, progress)
     cut = (_rows(simulator), frame.rows, settings.low_hz, settings.high_share)
     key = (spacecraft, *cut, frame.begins, present, names)
@@ -64,6 +64,8 @@ def effect_templates(simulator, settings, names, progress):
 def unmodelled_templates(simulator, settings):
     """Return the templates of changes that no effect of the library makes; as above."""
     frame = simulator.frame
+    if simulator.recorded:
+        return make_change_templates(simulator)
     return _unmodelled(simulator.spacecraft, _rows(simulator), frame.rows, frame.segments,
                        settings, simulator.present)
 
@@ -115,12 +117,10 @@ def save_templates(key, templates, effects):
     """Write templates whole or not at all; a folder that cannot be written is left alone."""
     try:
         folder().mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(dir=folder(), suffix='.part')
-        with os.fdopen(handle, 'wb') as file:
+        with whole_file(folder() / key, 'wb') as file:
             np.savez(file, changes=templates.changes, level=templates.level,
                      kept=[effects.index(e) for e in templates.effects],
                      **{f'm{i}': m for i, m in templates.modulation.items()})
-        os.replace(name, folder() / key)
         files = sorted(folder().glob('templates-*.npz'), key=lambda p: p.stat().st_mtime)
         for path in files[:-KEPT]:
             path.unlink(missing_ok=True)

@@ -118,6 +118,7 @@ class Comparison(Protocol):
     null: Fit                   # levels alone
     notes: tuple                # what was left out or changed, in sentences
     mismatch: str               # why record and nominal cannot be compared; empty if they can
+    site: str = ''              # where they differ, if known whatever explains it
 
     # test
     def residual(self, fit: Fit) -> Residual:

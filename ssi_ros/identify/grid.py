@@ -12,6 +12,7 @@ import numpy as np
 
 from ssi_ros.limits import LIMITS
 
+from .pace import common_rate, fits, LONG, Pace
 from .stamps import ChannelCount, Phase, Queue, rate_of, Run
 
 RATE_SAMPLES = 256        # stamps from which the rate is estimated, where it is not given
@@ -26,7 +27,8 @@ class Rows:
     """
     Rows of one grid: `values` of shape (n, l) from row `first`, NaN where missing.
 
-    A new `segment` number means that the clock jumped: nothing before it belongs to it.
+    A new `segment` number means that the clock jumped or a rate changed: nothing before it
+    belongs to it.
     """
 
     segment: int
@@ -39,6 +41,10 @@ class Rows:
 class Grid:
     """
     Collect stamped samples, hand out complete rows.
+
+    A channel whose stamps do not fit the rate is left out, and so is one that changes its rate
+    where that is given; where it is estimated, the grid is made anew at the rate that most
+    channels share.
 
     Parameters
     ----------
@@ -68,11 +74,20 @@ class Grid:
         self.counts = [ChannelCount() for _ in self.channels]
         self.segment = 0
         self.jumps = []                        # (from_ns, to_ns) of every clock jump
+        self.turns = []                        # (stamp_ns, channel) of every rate that changed
+        self._paces = [Pace() for _ in self.channels]
+        self.rate_hz = 0.0
         self._ahead = [Run() for _ in self.channels]
         self._begin()
 
+    def off_rate(self, channel):
+        """Return whether a channel comes at another rate, so that its samples are left out."""
+        return self._paces[channel].off
+
     def _begin(self):
-        self.rate_hz = self.given_rate_hz
+        self._before_hz, self.rate_hz = self.rate_hz, self.given_rate_hz
+        # at a given rate a channel that does not fit stays one; else the rate is found anew
+        self._paces = [Pace(p.off and self.rate_hz > 0.0) for p in self._paces]
         self.origin_ns = None
         self._queues = [Queue() for _ in self.channels]
         self._phases = [None] * len(self.channels)
@@ -151,7 +166,7 @@ class Grid:
         """Begin a new segment with the samples that were set aside after a clock jump."""
         old, ahead = self._newest_ns(), self._ahead
         newest = [q.newest for q in self._queues]
-        self._finished = self._collect(flush=True)
+        self._finished = self._all(flush=True)
         self.segment += 1
         self._begin()
         self._ahead = [Run() for _ in self.channels]
@@ -179,15 +194,71 @@ class Grid:
         if flush:
             for channel, run in enumerate(self._ahead):
                 self._count(channel, bad_stamps=run.clear())
-        return finished + self._collect(flush)
+        return finished + self._all(flush)
+
+    def _all(self, flush):
+        """Collect segment after segment, as long as a rate that changes ends them."""
+        turns = None
+        out = []
+        while turns != len(self.turns):
+            turns = len(self.turns)
+            out += self._collect(flush)
+        return out
 
     def _collect(self, flush):
         if self.origin_ns is None and not self._start(flush):
             return []
         dt = 1e9 / self.rate_hz
-        for c, queue in enumerate(self._queues):
-            if len(queue):
-                self._place(c, *queue.take(), dt)
+        parts = [q.take() if len(q) else None for q in self._queues]
+        turn_ns, rest = self._judge(parts, dt)
+        for c, part in enumerate(parts):
+            if part is not None and len(part[0]):
+                self._place(c, *part, dt)
+        out = self._emitted(flush or turn_ns is not None, dt)
+        if turn_ns is not None:
+            self.segment += 1
+            self._begin()
+            for queue, part in zip(self._queues, rest):
+                if part is not None and len(part[0]):
+                    queue.add(*part)
+        return out
+
+    def _judge(self, parts, dt):
+        """
+        Leave out the samples of channels at another rate; cut all where a channel changes its.
+
+        Returns
+        -------
+        int or None
+            Stamp from which on a new segment begins [ns].
+        list
+            The samples from then on of each channel; `parts` keeps those before.
+
+        """
+        verdicts = [None if p is None else pace.take((p[0] - self.origin_ns) / dt)
+                    for p, pace in zip(parts, self._paces)]
+        ends = [(int(p[0][v.lost_at - 1]) + 1, c) for c, (p, v) in enumerate(zip(parts, verdicts))
+                if v is not None and v.lost_at is not None]
+        turn_ns, first = min(ends, default=(None, None))
+        rest = [None] * len(parts)
+        for c, (part, verdict) in enumerate(zip(parts, verdicts)):
+            if part is None:
+                continue
+            use = verdict.use
+            if turn_ns is not None:
+                later = part[0] >= turn_ns
+                # they are judged again in the new segment, by its rate
+                rest[c] = tuple(column[later] for column in part)
+                part, use = tuple(column[~later] for column in part), use[~later]
+            self._count(c, off_rate=int(np.count_nonzero(~use)))
+            if not use.all():
+                self._update_rate(c, part[0])
+            parts[c] = tuple(column[use] for column in part)
+        if turn_ns is not None:
+            self.turns.append((turn_ns, self.channels[first]))
+        return turn_ns, rest
+
+    def _emitted(self, flush, dt):
         newest = [-1 if i is None else i for i in self._last]
         end = max(newest) + 1
         if not flush:
@@ -224,7 +295,10 @@ class Grid:
             if not rates:
                 self._give_up(all(ready) or flush)
                 return False
-            self.rate_hz = float(f'{np.median(rates):.7g}')
+            self.rate_hz = float(f'{common_rate(rates, self._before_hz):.7g}')
+            for c, q in enumerate(self._queues):
+                stamps = q.stamps()[:LONG]
+                self._paces[c] = Pace(not fits((stamps - stamps[:1]) * 1e-9 * self.rate_hz))
         newest = self._newest_ns()
         heads = [int(q.stamps().min()) for q in self._queues if len(q)]
         waited = newest - min(heads) > self.lateness_ns

@@ -12,6 +12,7 @@ from ssi_ros.identify.plot_shapes import complex_plane, shapes_at_channels
 from ssi_ros.identify.plot_stability import singular_values, stabilisation
 from ssi_ros.identify.plot_style import PLAIN
 from ssi_ros.identify.plot_tracks import thinned, tracks
+from ssi_ros.whole_file import whole_path, write_whole
 
 FIGURES = {
     'stabilisation': lambda windows, names, spectrum: stabilisation(windows[-1], spectrum),
@@ -68,9 +69,10 @@ def write_plots(windows, folder, names, stamps_ns=(), values=(), rate_hz=0.0):
             FigureCanvasAgg(figure)
             for end in ('png', 'svg'):
                 paths.append(folder / f'{name}.{end}')
-                figure.savefig(paths[-1], dpi=130)
+                with whole_path(paths[-1]) as draft:
+                    figure.savefig(draft, dpi=130)
     paths.append(folder / 'index.html')
-    paths[-1].write_text(page(shown, names, spectrum, len(windows)), encoding='utf-8')
+    write_whole(paths[-1], page(shown, names, spectrum, len(windows)))
     return paths
 
 

@@ -4,6 +4,7 @@ from ssi_ros.quantity import quantities
 from .grid import Grid
 from .methods import Method
 from .monitor import Monitor
+from .pace import misfit
 from .stamps import batches, nothing_on
 
 CHUNK_S = 10.0            # stamped samples are pushed in pieces of this length
@@ -101,9 +102,15 @@ def identify_stamped(names, stamps_ns, values, settings, *, arrivals_ns=None, ra
     Raises
     ------
     ValueError
-        If no sample has a place on the grid; says why.
+        If no sample has a place on the grid, or no channel comes at the rate; says why.
 
     """
+    if rate_hz:
+        wrong = [misfit(n, s, rate_hz) for n, s in zip(names, stamps_ns) if len(s)]
+        if wrong and all(wrong):
+            raise ValueError(f'{wrong[0]}, not at the {rate_hz:.5g} Hz asked for: its modes would '
+                             'not be those of the structure; leave out rate_hz, which is then '
+                             'estimated')
     grid = Grid(names, rate_hz, lateness_s)
     follow = SegmentMonitor(names[:len(names) - len(method.inputs)], settings, method)
     windows = []

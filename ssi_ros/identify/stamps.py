@@ -3,6 +3,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+NEAR = 0.1                # relative distance of the median step from the period, at most
+COMBS = 8192              # periods that are tried in it
 PHASE_SAMPLES = 256       # after so many samples a channel's phase follows the clock's drift
 
 
@@ -18,6 +20,7 @@ class ChannelCount:
     late: int = 0
     not_finite: int = 0
     bad_stamps: int = 0
+    off_rate: int = 0
     rate_hz: float = float('nan')
     longest_gap_s: float = 0.0
 
@@ -61,10 +64,25 @@ def rate_of(stamps_ns):
         return float('nan')
     dt = float(np.median(steps))
     since = (stamps - stamps[0]).astype(float)
+    if len(since) > 8 and np.abs(since / dt - np.rint(since / dt)).max() > 0.2:
+        dt = _on_a_comb(since, dt)           # of uneven steps the median is not good enough
+    # where most are lost the median is two periods or three
+    dt /= next((m for m in (1, 2, 3, 4) if abs(np.exp(2j * np.pi * m * since / dt).mean()) > 0.7),
+               1)
     for _ in range(2):                       # the second pass counts with a better period
         ticks = np.rint(since / dt)
         dt = float(np.polyfit(ticks, since, 1)[0]) if ticks[-1] > 1 else dt
     return 1e9 / dt
+
+
+def _on_a_comb(since, dt):
+    """Return the period near `dt` on whose multiples the times lie best."""
+    ticks = since / dt
+    number = int(np.clip(1.6 * ticks[-1], 16, COMBS))
+    rates = np.linspace(1.0 - NEAR, 1.0 + NEAR, number)
+    lengths = np.concatenate([np.abs(np.exp(2j * np.pi * np.outer(some, ticks)).mean(axis=1))
+                              for some in np.array_split(rates, 1 + number // 256)])
+    return dt / rates[int(lengths.argmax())]
 
 
 class Phase:

@@ -16,6 +16,7 @@ from ssi_ros.model.linear_model import Channel, Input, LinearModel, modal_model,
 from ssi_ros.model.model_checks import check_definite
 from ssi_ros.model.sensors import Noise
 from ssi_ros.quantity import unknown
+from ssi_ros.whole_file import whole_file
 
 SUFFIXES = ('.npz', '.mat')
 MATRICES = ('mass', 'damping', 'stiffness', 'input', 'output')
@@ -78,10 +79,12 @@ def save_model(model, path, effects=()):
         q = model.quadrature
         numbers |= dict(zip(QUADRATURE, (q.input, q.shapes, q.rest.a, q.rest.b, q.rest.c,
                                          q.rest.d)))
-    np.savez(path, **numbers, **{k: np.array(v, dtype=str) for k, v in text.items()},
-             rate_hz=model.rate_hz, noise_rms=[s.noise_rms for s in model.sensors],
-             levels=[d.level for d in model.drives],
-             corner_hz=[d.corner_hz for d in model.drives])
+    path = path if str(path).endswith('.npz') else f'{path}.npz'
+    with whole_file(path, 'wb') as file:
+        np.savez(file, **numbers, **{k: np.array(v, dtype=str) for k, v in text.items()},
+                 rate_hz=model.rate_hz, noise_rms=[s.noise_rms for s in model.sensors],
+                 levels=[d.level for d in model.drives],
+                 corner_hz=[d.corner_hz for d in model.drives])
 
 
 def save_system(system, path):
@@ -90,7 +93,7 @@ def save_system(system, path):
              for name in source(p).inputs}
     rms = {n: dict(zip(w.inputs, w.held_rms(system.rate_hz)))[n] for n, (_, w) in parts.items()}
     (noise,) = (s.rms for s in system.chain if isinstance(s, Noise))
-    with Path(path).open('wb') as file:
+    with whole_file(path, 'wb') as file:
         np.savez(file, mass=system.mass, damping=system.damping, stiffness=system.stiffness,
                  input=system.input, sensor=system.sensor, rate_hz=system.rate_hz,
                  dofs=np.array(system.dofs), inputs=np.array(system.inputs),

@@ -9,6 +9,7 @@ import numpy as np
 from ssi_ros.model.errors import Calibration
 from ssi_ros.model.uncertainty import Uncertainty
 from ssi_ros.quantity import check, from_mapping, quantity, to_mapping
+from ssi_ros.whole_file import write_whole
 
 INFINITE = float('inf')
 
@@ -205,7 +206,7 @@ def load_spacecraft(path=None):
 def save_spacecraft(spacecraft, path):
     """Write a spacecraft to a YAML file that `load_spacecraft` reads back unchanged."""
     import yaml
-    Path(path).write_text(yaml.safe_dump(to_mapping(spacecraft), sort_keys=False))
+    write_whole(path, yaml.safe_dump(to_mapping(spacecraft), sort_keys=False))
 
 
 def packaged(name):

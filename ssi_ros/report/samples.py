@@ -2,13 +2,15 @@
 import numpy as np
 
 from ssi_ros.identify.grid import Grid
+from ssi_ros.identify.offsets import EDGE, offsets, together
+from ssi_ros.identify.pace import misfit
 from ssi_ros.identify.stamps import batches, nothing_on
 from ssi_ros.records import Samples
 
 TOGETHER_NS = 300_000_000_000       # of all channels, well below the gap of a new segment
 
 
-def samples_of(recording, rate_hz=0.0):
+def samples_of(recording, rate_hz=0.0, say=None):
     """
     Bring the channels of a recording onto one even grid; a missing sample is NaN.
 
@@ -18,6 +20,8 @@ def samples_of(recording, rate_hz=0.0):
         Of `bag.read_channels`.
     rate_hz : float
         Sampling rate [Hz]; 0 estimates it from the stamps.
+    say : callable, optional
+        Called with a sentence where channels are sampled at different instants.
 
     Returns
     -------
@@ -26,8 +30,8 @@ def samples_of(recording, rate_hz=0.0):
     Raises
     ------
     ValueError
-        Without samples, if they come at another rate than the one given, or if the clock jumps
-        in the record.
+        Without samples, if a channel comes at another rate than the one given or that of the
+        others, or if the clock or a rate jumps in the record.
 
     """
     if rate_hz:
@@ -40,19 +44,41 @@ def samples_of(recording, rate_hz=0.0):
     rows = grid.rows(flush=True)
     if not rows:
         raise ValueError(nothing_on(grid))
+    for at_ns, name in grid.turns:
+        at_s = (at_ns - rows[0].origin_ns) * 1e-9
+        raise ValueError(f'the rate of {name} changes before {at_s:.1f} s; cut the record there '
+                         'and give one end')
+    if not rate_hz:
+        _check_rate(recording, grid.rate_hz)
     if len({r.segment for r in rows}) > 1:
         raise ValueError('the clock of the bag jumps; cut the bag there and give one end')
-    return Samples(np.concatenate([r.values for r in rows]), rows[0].rate_hz, recording.names,
-                   rows[0].origin_ns)
+    values, moved = together(np.concatenate([r.values for r in rows]),
+                             _offsets(recording, rows), recording.names, rows[0].rate_hz)
+    if moved and say is not None:
+        say(moved)
+    first, last = (EDGE, -EDGE) if moved and len(values) > 4 * EDGE else (0, None)
+    return Samples(values[first:last], rows[0].rate_hz, recording.names,
+                   rows[0].origin_ns + round(first * 1e9 / rows[0].rate_hz))
+
+
+def _offsets(recording, rows):
+    """Return the Offset of every channel within the rows."""
+    last = rows[-1]
+    end_ns = last.origin_ns + round((last.first + len(last.values)) * 1e9 / last.rate_hz)
+    return offsets(recording.stamps_ns, last.rate_hz, last.origin_ns, end_ns)
 
 
 def _check_rate(recording, rate_hz):
-    for name, stamps in zip(recording.names, recording.stamps_ns):
-        steps = np.diff(stamps) * 1e-9
-        if len(steps) < 2 or np.median(steps) <= 0.0:
-            continue
-        # however many samples are lost, some steps are single ones; too slow: none is
-        if np.quantile(steps, 0.01) > 1.5 / rate_hz or np.mean(steps) < 0.67 / rate_hz:
-            raise ValueError(
-                f'{name} comes at {1.0 / np.median(steps):.4g} Hz, not at the {rate_hz:g} Hz '
-                'asked for; set rate_hz to its rate, in the spacecraft YAML if there is a model')
+    """Raise ValueError where channels do not come at the rate, given or that of the others."""
+    wrong = {n: w for n, s in zip(recording.names, recording.stamps_ns)
+             if (w := misfit(n, s, rate_hz))}
+    if not wrong:
+        return
+    some = list(wrong.values())[:1 if len(wrong) == len(recording.names) else None]
+    sentence = ', '.join(some) + f', not at the {rate_hz:.5g} Hz'
+    if len(wrong) == len(recording.names):
+        raise ValueError(f'{sentence} asked for; set rate_hz to its rate, in the spacecraft YAML '
+                         'if there is a model')
+    raise ValueError(f'{sentence} of the others: channels of one record have to share a rate, for '
+                     'samples interpolated from one to another are not what was measured; '
+                     'record them at one rate, or leave the channel out of the bag')

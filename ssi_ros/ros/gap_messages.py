@@ -40,13 +40,27 @@ def sites_message(update):
     return Float64MultiArray(layout=layout, data=[float(v) for v in sites.values()])
 
 
-def alarm_status(name, update):
-    """Return the alarm as a DiagnosticStatus: ERROR once it is raised, until it is reset."""
-    raised = update.raised_ns is not None
-    text = (f'raised at {update.raised_ns * 1e-9:.3f} s by {update.cause}' if raised else 'quiet')
-    return status(name, 'error' if raised else 'ok', text, cause=update.cause,
+def alarm_status(name, update, blind=''):
+    """
+    Return the alarm as a DiagnosticStatus: ERROR once it is raised, until it is reset.
+
+    It is quiet only while it watches: STALE where `blind` says why not, or the newest hop of the
+    update could not be measured, or there is no update yet.
+    """
+    raised = update is not None and update.raised_ns is not None
+    if update is None or not update.measured:
+        blind = blind or ('no hop has been measured yet' if update is None else
+                          f'the newest hop was not measured ({update.reason})')
+    level, text = 'ok', 'quiet'
+    if raised:
+        level, text = 'error', f'raised at {update.raised_ns * 1e-9:.3f} s by {update.cause}'
+    if blind:
+        level = 'error' if raised else 'stale'
+        text = f'{text}; not watching now: {blind}' if raised else f'not watching: {blind}'
+    return status(name, level, text, cause=update.cause if raised else '',
                   raised_ns=update.raised_ns if raised else -1,
-                  log_evidence_over_threshold=float(update.alarm_level))
+                  log_evidence_over_threshold=float(
+                      update.alarm_level if update is not None else '-inf'))
 
 
 def numbers_of(msg):

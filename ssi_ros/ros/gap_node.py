@@ -18,12 +18,11 @@ from ssi_ros.gap.online.sliding import order_of
 from ssi_ros.gap.online.stream import LiveStream
 from ssi_ros.gap.settings import load_settings
 from ssi_ros.ros import health
-from ssi_ros.ros.gap_messages import alarm_status, sites_message, where_message
+from ssi_ros.ros.gap_messages import sites_message, where_message
 from ssi_ros.ros.gap_task import GapTask, missing_words, refusal
 from ssi_ros.ros.identifier_settings import SampleInput
 from ssi_ros.ros.intake import Intake, waits_for, watches
 from ssi_ros.ros.last_rows import LastRows
-from ssi_ros.ros.messages import status
 from ssi_ros.ros.node import run, StageNode
 from ssi_ros.ros.worker import Background, diagnose_to_json
 from std_msgs.msg import Bool, Float64, Float64MultiArray, String
@@ -197,11 +196,9 @@ class GapNode(StageNode):
 
     def health(self):
         """Tell of every channel, of the meter and of the alarm."""
-        intake, up_s = self._intake, time.monotonic() - self._intake.began
-        out = [health.channel(self.get_name(), source, n, intake.grid.counts[i],
-                              intake.grid.rate_hz, up_s)
-               for i, (source, n) in enumerate(zip(intake.sources, intake.publishers()))]
-        return out + self._worker.health(self.get_name(), self._preparation, self._background)
+        states = self._intake.states()
+        return [health.channel(self.get_name(), s) for s in states] + health.meter(
+            self.get_name(), states, self._worker, self._preparation, self._background)
 
 
 class Worker:
@@ -269,24 +266,6 @@ class Worker:
             self.compute_s = (time.thread_time() - before) / len(updates)
             self.last = update
             self.node.publish(update)
-
-    def health(self, node, preparation, background):
-        """Return the statuses of meter and alarm."""
-        last, level, text = self.last, 'ok', 'no whole hop yet'
-        if self.fault:
-            level, text = 'error', self.fault
-        elif self.model is None:
-            level, text = 'warn', f'preparing, {100 * preparation.share:.0f} %'
-        elif last is not None:
-            level = 'warn' if last.reason else 'ok'
-            text = last.reason or f'{last.deviations:+.1f} sd above the floor'
-        doing = f'{100 * background.share:.0f} %' if background.busy else 'none'
-        out = [status(f'{node}: gap', level, text, updates=self.updates, diagnosis=doing,
-                      compute_s=float(self.compute_s), rows_waiting=self.rows.qsize(),
-                      load=float(self.compute_s / self.settings.hop_s))]
-        if last is not None:
-            out.append(alarm_status(f'{node}: alarm', last))
-        return out
 
 
 def main(args=None):

@@ -125,9 +125,8 @@ class IdentifierNode(StageNode):
 
     def health(self):
         """Tell of every channel and of the identification."""
-        intake = self._intake
-        return health.identifier(self.get_name(), intake.sources, intake.publishers(),
-                                 self._worker, time.monotonic() - intake.began)
+        return health.identifier(self.get_name(), self._intake.states(), self._worker,
+                                 self._intake.clock_jumps)
 
 
 class Worker:

@@ -25,7 +25,8 @@ class SampleInput:
             'zero')
     queue_s: float = quantity(
         5.0, unit='s', low=0.1, high=600.0, live=False,
-        doc='how much data the subscription holds while the process is busy')
+        doc='how much data the subscription holds while the process is busy; of a process that '
+            'is stopped the socket holds 200 kB at most, the rest is lost unless reliable')
     expected_rate_hz: float = quantity(
         1000.0, unit='Hz', low=1.0, high=1e5, live=False,
         doc='highest message rate of a topic to be ready for (sizes the subscription queue)')

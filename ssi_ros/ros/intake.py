@@ -10,11 +10,14 @@ import time
 
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from ssi_ros.identify.grid import Grid
+from ssi_ros.ros.arrivals import ChannelState, Lately, Silence
 from ssi_ros.ros.channels import channel_sources
 from ssi_ros.ros.messages import clock_words
 
 DRAIN_S = 0.2             # how often the raw bytes are read into rows
-SAY_S = 5.0               # how often missing samples are reported
+SAY_S = 5.0               # after which time missing samples are said first,
+SAY_LAST_S = 640.0        # and at longest; twice the time before at each
+KEPT = 100                # jumps of the clock that are kept
 
 
 class Intake:
@@ -48,6 +51,7 @@ class Intake:
         self.began = time.monotonic()
         self._pending = {s.topic: deque() for s in self.sources}
         self._gate = threading.Event()
+        self._silences = {s.topic: Silence() for s in self.sources}
         self.begin()
         qos = sample_qos(settings)
         self._subscriptions = [
@@ -59,9 +63,20 @@ class Intake:
         """Begin a new grid with the next sample."""
         for pending in self._pending.values():
             pending.clear()
+        self._restart()
+        self.clock_jumps, self.fault, self._quiet = 0, '', set()
+        self._said = self._kept = self._looked = time.monotonic()
+        self._say_s = SAY_S
+        for topic in self._silences:
+            self._silences[topic] = Silence()
+
+    def _restart(self):
+        """Begin a new grid."""
         self.grid = Grid(self.names, self.rate_hz, self.settings.lateness_s)
-        self._jumps, self._segment = 0, None
-        self._missing, self._said = [0] * len(self.sources), time.monotonic()
+        self._jumps, self._turns, self._segment = 0, 0, None
+        self._missing, self._off = [(0, 0)] * len(self.sources), set()
+        self._lately = Lately()
+        self._lately.keep(self.grid.counts)
 
     def open(self):     # noqa: A003
         """Let the samples in."""
@@ -83,9 +98,17 @@ class Intake:
         for subscription in self._subscriptions:
             self.node.destroy_subscription(subscription)
 
-    def publishers(self):
-        """Return how many publishers each channel has."""
-        return [self.node.count_publishers(s.resolved) for s in self.sources]
+    def states(self):
+        """Return the ChannelState of every channel."""
+        up_s, out = time.monotonic() - self.began, []
+        for i, source in enumerate(self.sources):
+            offers = self.node.get_publishers_info_by_topic(source.resolved)
+            silence, count = self._silences[source.topic], self.grid.counts[i]
+            out.append(ChannelState(
+                source, len(offers), tuple({o.topic_type for o in offers} - {source.type}), count,
+                self._lately.since(i, count), silence.idle_s if silence.silent else 0.0,
+                self.grid.off_rate(i), self.grid.rate_hz, up_s))
+        return out
 
     def _collector(self, topic):
         append, gate = self._pending[topic].append, self._gate
@@ -95,6 +118,24 @@ class Intake:
         return lambda raw: gate.is_set() and append((raw, time.time_ns()))
 
     def _drain(self):
+        now = time.monotonic()
+        passed_s, self._looked = now - self._looked, now
+        for topic, pending in self._pending.items():
+            if self.is_open:
+                self._silences[topic].look(passed_s, bool(pending))
+        try:
+            self._read()
+        except ValueError as error:         # stamps of which no grid can be made
+            self._fail(error)
+        if now >= self._kept + 1.0:
+            self._kept = now
+            self._lately.keep(self.grid.counts)
+        self._report_silence()
+        self._report_missing(now)
+        self._report_turns()
+
+    def _read(self):
+        """Read the raw bytes into rows and hand them on."""
         for topic, pending in self._pending.items():
             if not pending:
                 continue
@@ -106,32 +147,71 @@ class Intake:
         for rows in self.grid.rows():
             if rows.segment != self._segment:
                 self._segment = rows.segment
-                self.node.get_logger().info(self.node.watching(rows))
+                self.node.get_logger().info(self.node.watching(rows), throttle_duration_sec=5.0)
             self.take(rows)
-        self._report_missing()
+
+    def _fail(self, error):
+        """Begin a new grid; the sentence is said once."""
+        if str(error) != self.fault:
+            self.node.get_logger().error(f'{error}; the window begins anew')
+        self.fault = str(error)
+        self._restart()
+
+    def _report_silence(self):
+        """Say once which channels fall silent, and once that they are back."""
+        quiet = {s.name for s in self.sources if self._silences[s.topic].silent}
+        if new := sorted(quiet - self._quiet):
+            self.node.get_logger().warning(f'no sample any more of {", ".join(new)}')
+        if back := sorted(self._quiet - quiet):
+            self.node.get_logger().info(f'samples again of {", ".join(back)}')
+        self._quiet = quiet
+
+    def _report_turns(self):
+        """Say what ended the window, and which channels are left out."""
         if len(self.grid.jumps) > self._jumps:
-            self._jumps = len(self.grid.jumps)
             old, new = self.grid.jumps[-1]
+            self.clock_jumps += len(self.grid.jumps) - self._jumps
             self.node.get_logger().warning(
                 f'the clock of the samples jumped by {(new - old) * 1e-9:+.3f} s: '
-                'the window begins anew')
-
-    def _report_missing(self):
-        """Say which samples are missing since the last time, at most every SAY_S."""
-        now = time.monotonic()
-        if now < self._said + SAY_S:
-            return
-        lost = [c.missing + c.late for c in self.grid.counts]
-        new = {name: n - before for name, n, before in zip(self.names, lost, self._missing)
-               if n > before}
-        self._missing, self._said = lost, now
-        if new:
-            total = sum(c.received for c in self.grid.counts) + sum(lost)
+                'the window begins anew', throttle_duration_sec=5.0)
+            del self.grid.jumps[:-KEPT]
+            self._jumps = len(self.grid.jumps)
+        if len(self.grid.turns) > self._turns:
             self.node.get_logger().warning(
-                f'{sum(new.values())} samples missing in {SAY_S:g} s ('
+                f'the rate of {self.grid.turns[-1][1]} has changed: the window begins anew',
+                throttle_duration_sec=5.0)
+            del self.grid.turns[:-KEPT]
+            self._turns = len(self.grid.turns)
+        off = {i for i in range(len(self.sources)) if self.grid.off_rate(i)}
+        for i in sorted(off - self._off):
+            self.node.get_logger().warning(
+                f'{self.names[i]} comes at {self.grid.counts[i].rate_hz:.2f} Hz, the grid is at '
+                f'{self.grid.rate_hz:.2f} Hz: its samples are left out', throttle_duration_sec=5.0)
+        self._off = off
+
+    def _report_missing(self, now):
+        """Say which samples are missing since the last time, ever less often."""
+        if now < self._said + self._say_s:
+            return
+        # rows that a channel does not fill while it is silent, or at another rate, are reported
+        # as that
+        counts = self.grid.counts
+        lost = [(c.missing, c.late + c.bad_stamps + c.not_finite) for c in counts]
+        new = {}
+        for i, (name, (missing, bad), before) in enumerate(zip(self.names, lost, self._missing)):
+            said = name in self._quiet or i in self._off or not counts[i].received
+            if n := bad - before[1] + (0 if said else missing - before[0]):
+                new[name] = n
+        passed_s, self._missing, self._said = now - self._said, lost, now
+        if new:
+            total = sum(c.received + c.missing for c in counts)
+            share = min(100.0, 100 * sum(map(sum, lost)) / total)
+            self.node.get_logger().warning(
+                f'{sum(new.values())} samples missing in {passed_s:.0f} s ('
                 + ', '.join(f'{name}: {n}' for name, n in new.items())
-                + f'; {100 * sum(lost) / total:.2g} % since the start): never sent, or lost on '
-                'the way; `ssi_ros doctor` says where to begin')
+                + f'; {share:.3g} % since the start): never sent, lost on the '
+                'way or of no use; `ssi_ros doctor` says where to begin')
+        self._say_s = min(2.0 * self._say_s, SAY_LAST_S) if new else SAY_S
 
     def _note(self, text):
         self.node.get_logger().warning(text, throttle_duration_sec=5.0)

@@ -14,11 +14,14 @@ import time
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from ssi_ros.bag import BagWriter
 from ssi_ros.quantity import quantity
+from ssi_ros.ros.arrivals import Silence
 from ssi_ros.ros.channels import message_class
+from ssi_ros.ros.losses import Losses, with_number
 from ssi_ros.ros.messages import status
 from ssi_ros.ros.node import run, StageNode
 
 LOOK_S = 0.25             # how often new topics are looked for
+WORST = 6                 # topics that are named in one sentence
 NEVER = {'/clock', '/rosout', '/parameter_events'}
 
 
@@ -66,16 +69,21 @@ class RecorderNode(StageNode):
         super().__init__('recorder', **kwargs)
         self._joined, self._look, self._bag, self._refused = {}, None, None, set()
         self.written, self.failure, self._early = 0, '', []
+        self._losses, self._silences, self._counted = {}, {}, {}
 
     def configure(self, settings):
         """Open the bag and look for topics."""
         name = settings.bag or time.strftime('recording_%Y-%m-%d_%H-%M-%S')
         self._bag = BagWriter(name, split_bytes=settings.split_bytes, split_s=settings.split_s,
-                              compression=settings.compression, flush_s=settings.flush_s)
+                              compression=settings.compression, flush_s=settings.flush_s,
+                              patient=True)
         self.written, self.failure, self._early = 0, '', []
+        self._losses, self._silences, self._counted = {}, {}, {}
+        self._say_at, self._full, self._quiet = 1, '', set()
+        self._looked = time.monotonic()
         self._sim_time = self.get_parameter('use_sim_time').value
         self._gate = threading.Event()
-        self._look = self.every(LOOK_S, self._join_new_topics)
+        self._look = self.every(LOOK_S, self._look_round)
         self.get_logger().info(f'recording to {name}')
 
     def activate(self):
@@ -108,13 +116,78 @@ class RecorderNode(StageNode):
             self._bag.close()
         except OSError as error:
             self._fail(error)
-        self.get_logger().info(f'{self.written} messages in {self._bag.folder}')
+        quiet = sorted(self._quiet)
+        ended = (f'{len(quiet)} topics had stopped, the longest '
+                 f'{max(self._silences[t].idle_s for t in quiet):.0f} s before the end: '
+                 + ', '.join(quiet[:WORST]) + (', ...' if len(quiet) > WORST else '')
+                 if quiet else '')
+        self.get_logger().info('; '.join(filter(None, (
+            f'{self._bag.kept} messages in {self._bag.folder}', self._missing_words(), ended))))
 
     def _fail(self, error):
         """Stop recording, once and for all: what was flushed is kept."""
         self.failure, self.exit_code = str(error.strerror or error), 1
         self._gate.clear()
         self.get_logger().error(f'recording stopped: {self.failure}')
+
+    def _look_round(self):
+        """Join topics that are new, and see which have fallen silent or lost messages."""
+        now = time.monotonic()
+        passed_s, self._looked = now - self._looked, now
+        for topic, losses in self._losses.items():
+            came = losses.received > self._counted[topic]
+            self._counted[topic] = losses.received
+            if self._gate.is_set():
+                self._silences[topic].look(passed_s, came)
+        try:
+            if not self.failure:
+                self._join_new_topics()
+                self._bag.flush_if_due()
+        except OSError as error:
+            self._fail(error)
+        self._say_what_is_missing()
+
+    def _say_what_is_missing(self):
+        """Say losses when they have doubled, and once that the disk is full or has room again."""
+        lost = sum(x.lost for x in self._losses.values())
+        if lost >= self._say_at:
+            self._say_at = 2 * lost
+            self.get_logger().warning(f'{self._lost_words()}; raise queue_depth, record fewer '
+                                      'topics, or let this process run before others')
+        if bool(self._bag.full) != bool(self._full):
+            self._full, self.exit_code = self._bag.full, 1
+            self.get_logger().error(
+                f'{self._bag.folder}: {self._full}: messages are left out until there is room'
+                if self._full else f'{self._bag.folder}: there is room again; {self._bag.dropped} '
+                'messages were left out in all')
+        quiet = {t for t in self._silences if self._is_silent(t)}
+        if new := sorted(quiet - self._quiet):
+            self.get_logger().warning(f'no message any more of {", ".join(new)}')
+        if back := sorted(self._quiet - quiet):
+            self.get_logger().info(f'messages again of {", ".join(back)}')
+        self._quiet = quiet
+
+    def _is_silent(self, topic):
+        """Return whether a topic that came steadily has stopped."""
+        return self._silences[topic].silent and self._silences[topic].regular
+
+    def _lost_words(self):
+        """Return how many messages were lost on the way, and of which topics; empty for none."""
+        lost = {t: x.lost for t, x in self._losses.items() if x.lost}
+        total = sum(lost.values())
+        if not total:
+            return ''
+        share = total / (total + sum(x.received for x in self._losses.values()))
+        worst = sorted(lost, key=lambda t: -lost[t])
+        return (f'{total} messages lost on the way ({100 * share:.2g} %: '
+                + ', '.join(f'{t} {lost[t]}' for t in worst[:WORST])
+                + (f' and {len(worst) - WORST} topics more)' if len(worst) > WORST else ')'))
+
+    def _missing_words(self):
+        """Return what the bag lacks, in words; empty where it lacks nothing."""
+        dropped = (f'{self._bag.dropped} messages left out while the disk was full'
+                   if self._bag.dropped else '')
+        return '; '.join(filter(None, (self._lost_words(), dropped)))
 
     def _join_new_topics(self):
         for topic, types in self.get_topic_names_and_types():
@@ -135,12 +208,15 @@ class RecorderNode(StageNode):
         self._bag.add_topic(topic, types[0], [offered_qos(o.qos_profile) for o in offers])
         qos = adapted_qos([o.qos_profile for o in offers], self.settings[0].queue_depth)
         write, gate, now = self._write, self._gate, self._now
+        losses = self._losses[topic] = Losses()
+        self._silences[topic], self._counted[topic] = Silence(), 0
 
-        def collect(raw):
+        def collect(raw, number):
             if gate.is_set():
+                losses.take(number)
                 write(topic, raw, now())
         self._joined[topic] = (self.create_subscription(
-            message_class(types[0]), topic, collect, qos, raw=True), types[0])
+            message_class(types[0]), topic, with_number(collect), qos, raw=True), types[0])
         self.get_logger().info(f'joined {topic} [{types[0]}]')
 
     def _now(self):
@@ -153,9 +229,8 @@ class RecorderNode(StageNode):
         """
         Write a message.
 
-        The source's own time does not come through this executor (a callback with MessageInfo
-        ends it), so log and publish time are both the time of receipt. What comes before
-        simulated time begins is stamped by its first moment: in 1970 no player would find it.
+        Log and publish time are both the time of receipt. What comes before simulated time begins
+        is stamped by its first moment: in 1970 no player would find it.
         """
         if log_ns == 0:
             self._early.append((topic, raw))
@@ -172,14 +247,33 @@ class RecorderNode(StageNode):
 
     def health(self):
         """Tell what has been written."""
-        level, text = 'ok', f'{self.written} messages of {len(self._joined)} topics'
+        n = self.written - self._bag.dropped
+        level, text = 'ok', f'{n} messages of {len(self._joined)} topics'
+        quiet = sorted(self._quiet)
+        missing = self._missing_words()
         if self.failure:
             level, text = 'error', f'stopped: {self.failure}'
+        elif self._bag.full:
+            level, text = 'error', (f'{self._bag.full}: {self._bag.dropped} messages left out, '
+                                    f'{self._bag.kept} are in {self._bag.folder}')
+        elif quiet:
+            brought = sum(self._losses[t].received for t in quiet)
+            longest = max(self._silences[t].idle_s for t in quiet)
+            level = 'error' if brought > 0.5 * self.written else 'warn'
+            text = (f'no message for {longest:.0f} s of {len(quiet)} topics that came steadily: '
+                    + ', '.join(quiet[:WORST]) + (', ...' if len(quiet) > WORST else '')
+                    + f'; {text}' + (f'; {missing}' if missing else ''))
+        elif missing:
+            # left out is a hole in the bag, also when there is room again
+            level, text = 'error' if self._bag.dropped else 'warn', f'{text}; {missing}'
         elif not self.written:
             level, text = 'warn', 'no message yet: ' + (
                 'no topic matches' if not self._joined else 'the topics are silent')
         return [status(f'{self.get_name()}: bag', level, text, bag=str(self._bag.folder),
-                       topics=len(self._joined), written=self.written)]
+                       topics=len(self._joined), written=self.written, kept=self._bag.kept,
+                       lost=sum(x.lost for x in self._losses.values()),
+                       unnumbered=sum(x.unnumbered for x in self._losses.values()),
+                       dropped=self._bag.dropped, silent=', '.join(quiet))]
 
 
 def offered_qos(profile):

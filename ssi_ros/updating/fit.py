@@ -19,7 +19,7 @@ from ssi_ros.gap.inference.model_fit import differences, scales_of
 from ssi_ros.gap.inference.whittle import Evidence, hermitian, whiten
 from ssi_ros.gap.nominal.simulator import level_prior, Simulator
 from ssi_ros.gap.selection.evidence import log_prior_ratio
-from ssi_ros.gap.spectra.segmentation import frame_of, spectra
+from ssi_ros.gap.spectra.segmentation import frame_of
 from ssi_ros.model.errors import Calibration
 from ssi_ros.updating.slopes import plain_slopes, slopes
 
@@ -179,7 +179,7 @@ class _Place:
 
 
 def fit_errors(spacecraft, samples, names, stds, settings, *, present=(), before=None,
-               candidate=Candidate(), progress=lambda share: None):
+               candidate=Candidate(), recorded=None, progress=lambda share: None):
     """
     Fit the errors of a model to recordings.
 
@@ -199,6 +199,8 @@ def fit_errors(spacecraft, samples, names, stds, settings, *, present=(), before
         Where to begin; then only the last stage is made.
     candidate : Candidate
         Effects whose numbers are fitted beside.
+    recorded : RecordedInputs, optional
+        Inputs that come before the channels of the samples.
     progress : callable
         Called with the share done.
 
@@ -219,7 +221,7 @@ def fit_errors(spacecraft, samples, names, stds, settings, *, present=(), before
     for schedule in schedules:
         at = start
         for number, segment_s in enumerate(schedule):
-            recordings = [_recording(spacecraft, s, settings, segment_s, present)
+            recordings = [_recording(spacecraft, s, settings, segment_s, (present, recorded))
                           for s in samples]
             last = number == len(schedule) - 1
             here = _climbed(recordings, stds, *at, LAST_STEPS if last else STAGE_STEPS)
@@ -269,8 +271,9 @@ def _profiled(here, scales):
     return of_errors, covariance(alone(numbers), scales) if len(scales) else None
 
 
-def _recording(spacecraft, samples, settings, segment_s, present):
-    """Cut a recording into segments of a length."""
+def _recording(spacecraft, samples, settings, segment_s, beside):
+    """Cut a recording into segments of a length; beside are present effects, and inputs."""
+    present, recorded = beside
     frame = frame_of(samples, replace(settings, segment_s=segment_s, band_bins=1))
-    simulator = Simulator(spacecraft, frame, samples.duration_s, present)
-    return Recording(simulator, Evidence(frame, spectra(samples, frame), frame.used))
+    simulator = Simulator(spacecraft, frame, samples.duration_s, present, recorded=recorded)
+    return Recording(simulator, simulator.evidence(samples))

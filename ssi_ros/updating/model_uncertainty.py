@@ -66,7 +66,23 @@ class ModelUncertainty:
             # of a wide prior it is the spectrum that a linear change must not leave
             changed = np.abs(most @ self.vectors).max()
             share = min(share, LIMITS.linear_change.value / max(changed, 1e-300))
-        return float(slopes @ most) * (share - share ** 2 / 2), share * most, inverse
+        pull = float(slopes @ most)
+        if whitened.known and pull > 0.0:
+            # far from what inputs make the likelihood bends much more than where it is right
+            bent = max(self._curvature(whitened, most, excess), pull)
+            share = min(share, pull / bent)
+            return share * pull - share ** 2 * bent / 2, share * most, inverse
+        return pull * (share - share ** 2 / 2), share * most, inverse
+
+    def _curvature(self, whitened, most, excess):
+        """Return minus the second derivative of the likelihood along some errors, (n,)."""
+        count, many = whitened.lower.shape[-1], len(whitened.excess)
+        change = hermitian((most @ self.vectors).reshape(-1, count, count))
+        observed = many * np.eye(count) + hermitian(excess.reshape(change.shape))
+        square = np.einsum('kij,kjm->kim', change, change)
+        twice = np.einsum('kij,kji->', square, observed).real
+        one = np.einsum('kii->', square).real
+        return float(whitened.weight * (2 * twice - many * one) + most @ most)
 
     def corrected(self, model, whitened):
         """Return the model with its errors at their most probable values, eq. (118)."""

@@ -95,16 +95,20 @@ class PlainSlopes:
 
 def is_plain(simulator, levels, candidate=Candidate()):
     """Return whether the spectrum of a candidate is a sum over poles that `plain_slopes` takes."""
-    return _colours(simulator.setup(candidate, levels), levels, simulator.frame) is not None
+    return simulator.recorded is None and _colours(
+        simulator.setup(candidate, levels), levels, simulator.frame) is not None
 
 
 def plain_slopes(simulator, levels, sizes, candidate=Candidate(), changes=None):
     """
     Return the PlainSlopes by sizes (p,) of all errors, at levels, beside a candidate.
 
-    None for what is not plain: a drift, jitter, laws of hinges, filters, a level that varies.
+    None for what is not plain: a drift, jitter, laws of hinges, filters, a level that varies,
+    recorded inputs.
     `changes` of a place near by save the time to find out how errors change the matrices.
     """
+    if simulator.recorded:
+        return None
     setup = simulator.setup(candidate, levels)
     colours = _colours(setup, levels, simulator.frame)
     if colours is None:

@@ -1,5 +1,6 @@
 """`diagnose --many`: a folder of bags on Dask, resumed after a kill, with a bad bag among them."""
 import csv
+import errno
 import json
 import os
 import signal
@@ -118,11 +119,14 @@ def test_given_scheduler(bags, tmp_path):
 def test_a_file_is_whole_or_not_there(tmp_path, monkeypatch):
     """A fault while writing leaves the old file; the draft has another name."""
     path = tmp_path / 'a.json'
-    _many.write_at_once(path, 'old')
-    monkeypatch.setattr(_many.os, 'replace', lambda *a: (_ for _ in ()).throw(OSError('full')))
-    with pytest.raises(OSError):
-        _many.write_at_once(path, 'new')
-    assert path.read_text() == 'old'
+    _many.write_whole(path, 'old')
+
+    def full(*_):
+        raise OSError(errno.ENOSPC, 'full')
+    monkeypatch.setattr('os.replace', full)
+    with pytest.raises(OSError, match=str(path)):
+        _many.write_whole(path, 'new')
+    assert path.read_text() == 'old' and list(tmp_path.iterdir()) == [path]
 
 
 @pytest.mark.parametrize('words, told', [

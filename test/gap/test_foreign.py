@@ -118,7 +118,7 @@ def test_mujoco_is_linearised_alike_by_both(robot):
     ('matrices', {'payload_mass': 1.15}, ('point_mass', 'tip_acc'))])
 def test_records_of_mujoco_are_diagnosed(robot, form, changes, right):
     """Its own integrator, random torques, one thing changed: quiet, or named with its place."""
-    samples = robot.record(120.0, 5, **changes)
+    samples, _ = robot.record(120.0, 5, **changes)
     found = diagnose(getattr(robot, form)(), samples, pairs=False, effects=(
         'sensor_gain', 'clock_rate', 'mode_damping') if form == 'state_space' else SOME)
     if not right:

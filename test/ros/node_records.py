@@ -23,3 +23,8 @@ def identifier(bench, **more):
     health = bench.collect(DiagnosticArray, '/diagnostics')
     bench.processes.start('identifier', 'identifier', **settings)
     return windows, health
+
+
+def newest(health, name):
+    """Return the newest status of a full name, None before it came."""
+    return next((s for m in reversed(health) for s in m.status if s.name == name), None)

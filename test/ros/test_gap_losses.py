@@ -1,8 +1,9 @@
 """What the gap node does where samples are missing: it says so; too few, no verdict."""
 import time
 
+from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import AccelStamped
-from node_records import grid
+from node_records import grid, newest
 import numpy as np
 from ssi_ros.records import Samples
 from ssi_ros.ros.gap_task import missing_words, refusal
@@ -13,11 +14,14 @@ NAMES = ('e1_a', 'e1_b', 'e2_a', 'e2_b')
 
 
 def test_too_many_missing_samples_give_no_verdict(bench):
-    """A record that lacks a fifth of one channel is refused, with channel, share and limit."""
+    """A record that lacks a fifth of one channel is refused; the alarm never says it is quiet."""
+    health = bench.collect(DiagnosticArray, '/diagnostics')
     bench.processes.start('gap', 'gap', reliable=True, effects=['sensor_gain'], record_s=20.0)
     publishers = [bench.node.create_publisher(AccelStamped, f'/accelerometer/{n}', 10_000)
                   for n in NAMES]
     bench.wait(lambda: all(p.get_subscription_count() for p in publishers), 60.0)
+    bench.wait(lambda: newest(health, 'gap: alarm') is not None)
+    assert newest(health, 'gap: alarm').level == b'\3'
     time.sleep(0.5)
     for k, stamp in enumerate(grid(2400).tolist()):
         for name, publisher in zip(NAMES, publishers):
@@ -33,6 +37,11 @@ def test_too_many_missing_samples_give_no_verdict(bench):
     assert not answer.success
     assert 'no diagnosis: channel e2_a lacks 20 % of its samples of the last 20 s, more than ' \
            'missing_share=0.1' in answer.message
+    bench.wait(lambda: 'no sample for' in newest(health, 'gap: alarm').message)
+    assert newest(health, 'gap: alarm').level == b'\3'
+    assert newest(health, 'gap: gap').level == b'\2'
+    alarms = [s.message for m in health for s in m.status if s.name == 'gap: alarm']
+    assert alarms and 'quiet' not in alarms
 
 
 def test_few_missing_samples_are_masked_and_said():

@@ -22,6 +22,7 @@ class Gap(GapStatistic):
 
     whitened: np.ndarray = None     # (b, l, l), W of every band
     averages: float = np.nan        # effective number of independent spectra in a band
+    known: int = 0                  # channels, the first ones, that are given: no gap is theirs
 
     def local_p_value(self, against=None, spread=1.0):
         """
@@ -34,8 +35,8 @@ class Gap(GapStatistic):
         bands, width, least, tries = self._against(against), 1, 1.0, 0
         spread = np.broadcast_to(spread, len(bands))
         while width <= len(bands):
-            distance = distance_of(bands, width)
-            floor, std = floor_of_band(self.averages * width, bands.shape[-1])
+            distance = _from_white(_mean_of_bins(bands, width), self.known)
+            floor, std = floor_of_band(self.averages * width, bands.shape[-1], known=self.known)
             # a gamma variable of that mean and deviation
             widest = spread[:len(distance) * width].reshape(-1, width).max(axis=1)
             least = min(least, gamma.sf((distance / widest).max(), (floor / std) ** 2,
@@ -45,7 +46,7 @@ class Gap(GapStatistic):
 
     def ratio(self, against):
         """Return the mean of D over its floor, against W of records that the model simulates."""
-        return float(_from_white(self._against(against)).mean() / self.floor)
+        return float(_from_white(self._against(against), self.known).mean() / self.floor)
 
     def _against(self, against):
         return self.whitened if against is None else whitened(against, self.whitened)
@@ -60,13 +61,13 @@ def measure(model, evidence, band_bins):
     """Return the Gap of an Evidence to the expected periodograms (a, k, l, l) of a model."""
     observed, _, model = evidence.against(model)
     bands = _mean_of_bins(whitened(model, observed).mean(axis=0), band_bins)
-    distance, frame = _from_white(bands), evidence.frame
+    distance, frame = _from_white(bands, evidence.known), evidence.frame
     averages = len(evidence.segments) * band_bins / frame.inflation_of(band_bins)
-    floor, std = floor_of_band(averages, bands.shape[-1])
+    floor, std = floor_of_band(averages, bands.shape[-1], known=evidence.known)
     width_hz = band_bins * frame.rate_hz / frame.rows
     edges = frame.frequencies_hz[0] + width_hz * np.arange(len(bands) + 1)
     return Gap(float(distance.mean()), floor, std / np.sqrt(len(bands)), distance - floor, edges,
-               bands, averages)
+               bands, averages, evidence.known)
 
 
 def compare(one, two, prediction=None, trust=1.0):
@@ -117,24 +118,26 @@ def divergence(expected, observed, n_expected, n_observed):
     return ratio * total / (n_expected * n_observed)
 
 
-def _from_white(bands):
-    """Return tr W - log det W - d, the divergence from a known spectrum."""
-    return np.trace(bands, axis1=-2, axis2=-1).real - _logdet(bands) - bands.shape[-1]
+def _from_white(bands, known=0):
+    """Return tr W - log det W - d, the divergence from a known spectrum, not of given channels."""
+    whole = np.trace(bands, axis1=-2, axis2=-1).real - _logdet(bands) - bands.shape[-1]
+    return whole - _from_white(bands[..., :known, :known]) if known else whole
 
 
 def _logdet(matrices):
     return np.linalg.slogdet(matrices)[1]
 
 
-def floor_of_band(n, d, n_expected=np.inf):
+def floor_of_band(n, d, n_expected=np.inf, known=0):
     """
     Return mean and standard deviation of D where both spectra are of one process.
 
     For complex Wishart matrices of d channels and n independent spectra, of a known spectrum E D =
     d log n - sum_i psi(n - i), var D = sum_i psi'(n - i) - d / n, i = 0 ... d - 1, eq. (102); of
-    one estimated from n_expected spectra, (b,), eq. (142), the deviation to leading order.
+    one estimated from n_expected spectra, (b,), eq. (142), the deviation to leading order. Of
+    `known` channels that are given no terms count, i = known ... d - 1.
     """
-    i = np.arange(d)
+    i, d = np.arange(known, d), d - known
 
     def mean_logdet(n):
         n = np.asarray(n, float)

@@ -14,10 +14,9 @@ from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.inference.goodness_of_fit import measure
 from ssi_ros.gap.inference.model_fit import fit_again
 from ssi_ros.gap.inference.thresholds import LIMITS
-from ssi_ros.gap.inference.whittle import Evidence
 from ssi_ros.gap.nominal.simulator import at_levels, excitation_level
 from ssi_ros.gap.spectra.imputation import filled, without_clipped
-from ssi_ros.gap.spectra.segmentation import spectra
+from ssi_ros.inputs.beside import simulated_beside
 
 ROUNDS = 8              # simulations and fits, at most
 RECORDS = 2             # of a round
@@ -43,12 +42,14 @@ def simulated_records(simulator, estimate, seed, count):
     effects = simulator.present + estimate.candidate.effects
     setup = inject(at_levels(simulator.spacecraft, estimate.levels), effects,
                    simulator.duration_s)
-    frame, level = simulator.frame, excitation_level(simulator, estimate.levels)
+    level = excitation_level(simulator, estimate.levels)
     levels = np.append(np.full(len(estimate.levels) - 1, level), 1.0)
     for i in range(count):
-        samples, limits = without_clipped(simulate_setup(setup, seed + i), effects)
+        samples, limits = simulated_beside(
+            simulator, setup, seed + i, effects) if simulator.recorded else without_clipped(
+            simulate_setup(setup, seed + i), effects)
         samples = filled(simulator, samples, levels, limits=limits)
-        yield samples, Evidence(frame, spectra(samples, frame), frame.used)
+        yield samples, simulator.evidence(samples)
 
 
 def indirect_estimate(simulator, fitted, uncertainty, band_bins):

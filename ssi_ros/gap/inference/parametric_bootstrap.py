@@ -20,6 +20,7 @@ from ssi_ros.gap.inference.score_test import directions, score
 from ssi_ros.gap.inference.thresholds import LIMITS
 from ssi_ros.gap.inference.unmodelled.scores import change_directions, detect_change, score_changes
 from ssi_ros.gap.selection.evidence import above_floor
+from ssi_ros.inputs.beside import remainder
 from ssi_ros.open_set.families import beside, FAMILIES
 
 RECORDS = 5
@@ -108,6 +109,8 @@ class BootstrapTests:
         names = tuple(d.effect for d in self.detections)
         if not (names or self.anomalies):
             return [], []
+        if simulator.recorded:
+            simulator, samples = remainder(simulator, samples, fitted.levels, fitted.candidate)
         of_input = reconstruct(simulator, fitted, samples, self.settings)
         found = [(d.effect, d.p_value) for d in detect_in_input(of_input, names)
                  + detect_in_spectrum(simulator, fitted, samples, self.settings, names)]

@@ -16,9 +16,7 @@ from ssi_ros.gap.inference.goodness_of_fit import measure
 from ssi_ros.gap.inference.score_test import directions, score
 from ssi_ros.gap.inference.thresholds import LIMITS
 from ssi_ros.gap.inference.unmodelled.scores import change_directions, score_changes
-from ssi_ros.gap.inference.whittle import Evidence
 from ssi_ros.gap.spectra.imputation import spectrum
-from ssi_ros.gap.spectra.segmentation import spectra
 from ssi_ros.integrity.filling import record_of
 from ssi_ros.records import Samples
 
@@ -51,7 +49,7 @@ def scatter_of(simulator, fitted, evidence, tests, always=False):
     for _ in range(RECORDS):
         values = record_of(root, draws)[:rows]
         samples = Samples(values - values.mean(axis=0), frame.rate_hz, ('',) * values.shape[1])
-        record = Evidence(frame, spectra(samples, frame), frame.used)
+        record = simulator.evidence(samples)
         gap = measure(fitted.model, record, settings.band_bins)
         bands.append(gap.bands)
         found.append((

@@ -18,10 +18,11 @@ class Evidence:
     spectrum: np.ndarray
     segments: tuple
     others: tuple = ()  # Evidence of more records of the same model, cut alike
+    known: int = 0      # channels, the first ones, that are given: inputs
 
     def only(self, segments):
         """Return the evidence of some segments."""
-        return Evidence(self.frame, self.spectrum, tuple(segments))
+        return Evidence(self.frame, self.spectrum, tuple(segments), known=self.known)
 
     @cached_property
     def each(self):
@@ -51,6 +52,7 @@ class Whitened:
     likelihood: float   # eq. (97), logarithm; -inf where S is not positive definite
     weight: float       # periodograms an entry of `excess` stands for, over inflation
     segments: tuple     # of the evidence
+    known: int = 0      # channels of it that are given
 
     def directions(self, changes):
         """Return changes of S, (1 or all segments, k, l, l), as real vectors, (p, a, k l l)."""
@@ -72,14 +74,15 @@ def whiten(model, evidence):
     try:
         factor = np.linalg.cholesky(model)
     except np.linalg.LinAlgError:
-        return Whitened(model, np.zeros((len(model), 0)), -np.inf, weight, evidence.segments)
+        return Whitened(model, np.zeros((len(model), 0)), -np.inf, weight, evidence.segments,
+                        evidence.known)
     lower = np.linalg.inv(factor)
     flat = white(lower, observed)
     diagonal = np.einsum('akii->aki', factor).real
     value = -weight * (2 * np.log(diagonal).sum() + np.einsum('akii->', flat).real)
     flat = flat - np.eye(model.shape[-1])
     return Whitened(lower, real_vectors(flat), float(value) if np.isfinite(value) else -np.inf,
-                    weight, evidence.segments)
+                    weight, evidence.segments, evidence.known)
 
 
 def whiten_each(model, evidence):

@@ -1,5 +1,5 @@
 """The nominal that a spacecraft model gives, set beside a record."""
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,9 +12,12 @@ from ssi_ros.gap.selection.search import Search
 from ssi_ros.gap.selection.thresholds import SELECTION
 from ssi_ros.gap.spectra.imputation import completed, without_clipped
 from ssi_ros.gap.spectra.segmentation import frame_of
+from ssi_ros.inputs.adapted import adapted_beside
+from ssi_ros.inputs.beside import acting, beside_inputs, faults_of_inputs
 from ssi_ros.integrity.repeats import faults_of_samples
 from ssi_ros.model.channels import of_channels
 from ssi_ros.model.spacecraft import Spacecraft
+from ssi_ros.records import Samples
 from ssi_ros.updating.adapt import adapt
 from ssi_ros.updating.adapted_comparison import AdaptedComparison
 from ssi_ros.updating.prior import known_by_recordings
@@ -22,10 +25,11 @@ from ssi_ros.updating.prior import known_by_recordings
 
 @dataclass(frozen=True)
 class ModelNominal:
-    """A spacecraft model as what is expected; the simulator has the effects `present` already."""
+    """A model as what is expected; the simulator has the effects `present` already."""
 
     spacecraft: Spacecraft
     present: tuple = ()
+    inputs: Samples = None      # recorded ones, by their names in the model, in rows of the record
 
     @property
     def channels(self):
@@ -60,6 +64,30 @@ class ModelNominal:
 
         """
         settings = getattr(self.spacecraft, 'cut', lambda usual: usual)(settings)
+        spacecraft, simulator, record, levels = self._ready(samples, settings)
+        effects = acting(effects, simulator)
+        there = {e.name for e in self.present}
+        record = replace(record, sought=tuple(n for n in effects if n not in there))
+        calibration = spacecraft.calibration
+        prior = known_by_recordings(calibration) if calibration.covariance else None
+        as_it_is = ModelComparison(simulator, record, settings, effects, levels, progress, prior)
+        if prior or spacecraft.uncertainty.exact or _explains(as_it_is):
+            return as_it_is
+        best, explains = _best(as_it_is)
+        if explains:
+            return as_it_is
+        if self.inputs is None:
+            adapted = adapt(simulator, record.samples, settings, progress)
+        else:
+            adapted, record = adapted_beside(spacecraft, simulator, record, settings, progress)
+        moved = AdaptedComparison(simulator, adapted, record, settings, effects, progress)
+        if best is None or _explains(moved):
+            return moved
+        there = next(iter(_search(moved).singles()), None)
+        return as_it_is if there and best.log_evidence > there.log_evidence else moved
+
+    def _ready(self, samples, settings):
+        """Return the model of the channels there are, its side, a Record and its levels."""
         spacecraft, samples, notes = match(self.spacecraft, samples)
         present = of_channels(self.present, samples.channels)
         faults = faults_of_samples(samples)
@@ -69,26 +97,13 @@ class ModelNominal:
             frame = frame_of(samples, settings)
         except ValueError as error:
             raise TooLittleData(str(error), notes) from None
-        duration_s = len(samples.values) / samples.rate_hz
-        simulator = Simulator(spacecraft, frame, duration_s, present)
+        simulator = Simulator(spacecraft, frame, len(samples.values) / samples.rate_hz, present)
+        if self.inputs is not None:
+            simulator, samples, clipped = beside_inputs(simulator, samples, clipped, self.inputs)
+            faults += faults_of_inputs(simulator, samples)
         simulator, samples, recorded, levels = completed(simulator, samples, clipped, settings)
-        there = {e.name for e in self.present}
-        record = Record(samples, recorded, detections, tuple(n for n in effects if n not in there),
-                        faults, notes + _used(samples, simulator.frame))
-        calibration = spacecraft.calibration
-        prior = known_by_recordings(calibration) if calibration.covariance else None
-        as_it_is = ModelComparison(simulator, record, settings, effects, levels, progress, prior)
-        if prior or spacecraft.uncertainty.exact or _explains(as_it_is):
-            return as_it_is
-        best, explains = _best(as_it_is)
-        if explains:
-            return as_it_is
-        moved = AdaptedComparison(simulator, adapt(simulator, samples, settings, progress), record,
-                                  settings, effects, progress)
-        if best is None or _explains(moved):
-            return moved
-        there = next(iter(_search(moved).singles()), None)
-        return as_it_is if there and best.log_evidence > there.log_evidence else moved
+        return spacecraft, simulator, Record(samples, recorded, detections, (), faults, notes
+                                             + _used(samples, simulator.frame)), levels
 
 
 def _used(samples, frame):

@@ -28,6 +28,7 @@ from ssi_ros.gap.selection.localisation import locate
 from ssi_ros.gap.selection.search import PAIRS_TO_FIT, RIVALS
 from ssi_ros.gap.selection.thresholds import SELECTION as LIMITS
 from ssi_ros.gap.spectra.imputation import filled
+from ssi_ros.inputs.beside import remainder
 from ssi_ros.integrity.fault import as_reason
 from ssi_ros.updating.prior import stand
 
@@ -51,8 +52,9 @@ class ModelComparison(Comparison):
         self.notes = record.notes + left_out(simulator.spacecraft) + tuple(
             f'not in the calibrated model: {text}'
             for text in simulator.spacecraft.calibration.unexplained)
-        self.templates = effect_templates(simulator, settings, effects, progress)
-        self.unmodelled = unmodelled_templates(simulator, settings)
+        side = simulator.for_templates(levels)
+        self.templates = effect_templates(side, settings, effects, progress)
+        self.unmodelled = unmodelled_templates(side, settings)
         self.prior = prior
         self.here = stand(simulator, prior, levels, settings)
         self.null = answer.fit_of(fit(simulator, record.spectra, levels=levels,
@@ -97,8 +99,8 @@ class ModelComparison(Comparison):
     def detections(self, fit):
         """Return detections of effects that a fit does not hold, and anomalies."""
         names = tuple(n for n in self.record.sought if n not in fit.candidate.names)
-        samples, channels = self.whole(fit), self.record.samples.channels
-        simulator = self.side(fit).simulator
+        simulator, samples = self.whole(fit)
+        channels = samples.channels
         inputs = reconstruct(simulator, fit.state, samples, self.settings,
                              np.isnan(self.record.samples.values).any(axis=1))
         found = detect_in_input(inputs, names) + detect_in_spectrum(
@@ -108,8 +110,11 @@ class ModelComparison(Comparison):
         return of_samples + found, odd, tests_of(names) + ANOMALY_TESTS
 
     def whole(self, fit):
-        """Return the record with its gaps filled by a fit: what is searched through time."""
-        return filled(self.side(fit).simulator, self.record.samples, fit.levels, fit.candidate)
+        """Return a model side and the record with its gaps filled: what is searched in time."""
+        simulator, samples = self.side(fit).simulator, self.record.samples
+        if simulator.recorded:
+            simulator, samples = remainder(simulator, samples, fit.levels, fit.candidate)
+        return simulator, filled(simulator, samples, fit.levels, fit.candidate)
 
     def score_test(self, fit):
         """Score all effects at once around a fit."""
@@ -249,8 +254,7 @@ class ModelComparison(Comparison):
                 shown = alone.log_likelihood - self.null.log_likelihood if alone else 0.0
                 total += max(odds[e.name] - max(shown, 0.0), 0.0)
         return total + explained_below_band(
-            self.side(fit).simulator, fit.state, lambda: self.whole(fit), self.settings,
-            detections)
+            lambda: self.whole(fit), fit.state, self.settings, detections)
 
     def log_prior_ratio(self, fit):
         """Return the log of posterior over prior volume of quantities and places."""

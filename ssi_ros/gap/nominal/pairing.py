@@ -87,13 +87,19 @@ def _long(gaps, longest):
     return found
 
 
+def dither_of(pair):
+    """Return the rms of noise that is negligible beside both recordings, (l,)."""
+    return LIMITS.negligible_noise.value * np.min(
+        [v.std(axis=0) for v in (pair.reference, pair.record)], axis=0)
+
+
 def dithered(pair, seed=0):
     """Return both recordings with the same white noise, negligible beside the rms."""
     # What lies deeper below the motion changes from hour to hour on any hardware, and is no gap.
     # As noise in the samples it scatters as noise does, so that no floor has to know of it.
     rng = np.random.default_rng(seed)
     both = pair.reference, pair.record
-    size = LIMITS.negligible_noise.value * np.min([v.std(axis=0) for v in both], axis=0)
+    size = dither_of(pair)
     noisy = [v + size * rng.standard_normal(v.shape) for v in both]
     return replace(pair, reference=noisy[0], record=noisy[1])
 

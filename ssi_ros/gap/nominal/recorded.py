@@ -4,8 +4,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import norm
 
-from ssi_ros.effects import ModalPattern
+from ssi_ros.effects import effect_class, ModalPattern
+from ssi_ros.effects.base import Site
 from ssi_ros.effects.registry import showing
+from ssi_ros.gap.check import TooLittleData
 from ssi_ros.gap.comparison import Comparison, Detection, Fit, GapStatistic, Residual
 from ssi_ros.gap.detectors.data_faults import faults_beside_recording
 from ssi_ros.gap.inference.goodness_of_fit import compare
@@ -14,7 +16,7 @@ from ssi_ros.gap.nominal.modal.candidates import (
     candidates_of, mixed, parameters_of, SHIFTED, singles)
 from ssi_ros.gap.nominal.modal.fit import Averages, fit, predict, STEPS
 from ssi_ros.gap.nominal.modal.localisation import localised
-from ssi_ros.gap.nominal.modal.nonlinear_joint import joint
+from ssi_ros.gap.nominal.modal.nonlinear_joint import joint, level_law
 from ssi_ros.gap.nominal.modal.starting_values import distance
 from ssi_ros.gap.nominal.recordings import prepare
 from ssi_ros.gap.nominal.thresholds import LIMITS
@@ -26,6 +28,7 @@ REFIT_STEPS = 3         # of a fit to a fold
 FOLDS = 2               # interleaved halves of the groups of segments
 PARTNERS = 4            # candidates that are tried beside the best one
 SHARED_TESTS = 3        # gap, scores and frequencies of modes
+MOVING = Site.STRUCTURE, Site.TIMING    # of effects that move frequencies
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,8 +56,11 @@ class RecordedNominal:
         """
         recordings = prepare(self.reference, samples, effects)
         progress(0.3)
-        return RecordedComparison(recordings,
-                                  faults_beside_recording(self.reference, samples, recordings))
+        regime = recordings.regime
+        faults = faults_beside_recording(self.reference, samples, recordings)
+        if regime.refusal and not regime.site and not faults:
+            raise TooLittleData(regime.refusal, recordings.notes)
+        return RecordedComparison(recordings, faults)
 
 
 class RecordedComparison(Comparison):
@@ -64,8 +70,9 @@ class RecordedComparison(Comparison):
 
     def __init__(self, recordings, faults=()):
         self.recordings, self.effects = recordings, recordings.effects
-        self.notes = recordings.notes + tuple(f.text for f in faults)
-        self.mismatch = as_reason(faults)
+        self.notes = recordings.notes + tuple(f.text for f in faults) + recordings.regime.texts
+        self.mismatch = as_reason(faults) or recordings.regime.refusal
+        self.site = recordings.regime.site
         base = recordings.null
         self.null = Fit(ModalCandidate(), np.zeros(0), np.zeros((0, 0)), 0.0, base.x, base)
         self.gap = self.goodness_of_fit(self.null)
@@ -83,7 +90,7 @@ class RecordedComparison(Comparison):
                     if d.effect not in fit.candidate.names]
             gap = self._held_out(fit)
             # an event is where it is: nothing else that is steady makes it
-            p_value = float(min([norm.sf(gap.deviations),
+            p_value = float(min([norm.sf(gap.deviations), self._unmoved(fit),
                                  *[d.p_value for d in rest if len(d.times)]]))
             return Residual(None, tuple(rest), (), gap, p_value, p_value)
         test = recordings.score_test
@@ -91,6 +98,13 @@ class RecordedComparison(Comparison):
         p_values += [d.p_value for d in recordings.detections[0] if not d.weak]
         p_value = float(min(1.0, (SHARED_TESTS + tests) * min(p_values)))
         return Residual(test, found, (), self.gap, p_value, p_value)
+
+    def _unmoved(self, fit):
+        """Return the chance of modes elsewhere that a fit leaves, 1 if it moves any."""
+        # a line or noise near a mode draws its estimate by little; excitation and sensors by none
+        shift = self.recordings.shift
+        moving = any(effect_class(n).site in MOVING for n in fit.candidate.names)
+        return 1.0 if moving or shift.p_value > LIMITS.certain_shift.value else shift.p_value
 
     def _held_out(self, fit):
         """Return the gap on segments that the fit did not use, mean of the folds."""
@@ -108,7 +122,10 @@ class RecordedComparison(Comparison):
 
     def candidates(self, residual):
         """Return the single effects that detections, scores, distances and modes speak for."""
-        return singles(self.recordings, self.joint, self.gap.deviations > LIMITS.far.value)
+        found = singles(self.recordings, self.joint, self.gap.deviations > LIMITS.far.value)
+        times = {d.effect for d in self.recordings.detections[0] if len(d.times)}
+        return tuple(c for c in found
+                     if all(self.recordings.regime.allows(n, n in times) for n in c.names))
 
     def all_candidates(self):
         """Return every modal form as a candidate."""
@@ -191,8 +208,11 @@ class RecordedComparison(Comparison):
 
     def alike(self, found, ranked):
         """Return the effects whose forms are one without geometry."""
-        candidate = ranked.fit.candidate
-        return tuple(dict.fromkeys((*candidate.names, *candidate.equivalents)))
+        candidate, others = ranked.fit.candidate, ()
+        if self.recordings.regime.structural and self.recordings.clear_level:
+            # a structure that is another at another level may be one that depends on it
+            others = tuple(n for n in showing(level_law(self.recordings)) if n in self.effects)
+        return tuple(dict.fromkeys((*candidate.names, *candidate.equivalents, *others)))
 
     def parameters(self, ranked, detections=()):
         """Return the coordinates of the forms with their intervals, and what was read off."""

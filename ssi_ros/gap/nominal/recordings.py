@@ -15,7 +15,7 @@ from ssi_ros.gap.nominal.modal.mixed_halves import floor_of_halves
 from ssi_ros.gap.nominal.modal.reference import identified, make_nominal, Nominal
 from ssi_ros.gap.nominal.modal.score_test import ModalScoreTest, score_forms
 from ssi_ros.gap.nominal.modal.starting_values import all_forms
-from ssi_ros.gap.nominal.pairing import dithered, make_pair, Pair
+from ssi_ros.gap.nominal.pairing import dither_of, dithered, make_pair, Pair
 from ssi_ros.gap.nominal.periodic.detections import both_repeat, in_phase
 from ssi_ros.gap.nominal.periodic.period import period_of
 from ssi_ros.gap.nominal.periodic.random_walk import independent_share
@@ -26,6 +26,8 @@ from ssi_ros.gap.nominal.thresholds import LIMITS
 from ssi_ros.gap.spectra.band_averages import (
     Cut, level_of, plan, Spectra)
 from ssi_ros.levels.free import compared
+from ssi_ros.regimes.assess import regime_of
+from ssi_ros.regimes.wander import steady_share
 
 SOURCES = 'recordings', 'periods'
 DETECTORS = chirp, impulses, level, samples, tone    # they enter themselves in the registry
@@ -90,6 +92,11 @@ class Recordings:
         return score_forms(self.nominal, self.null, self.one, self.two, forms, self.enough_periods)
 
     @cached_property
+    def regime(self):
+        """Kind of motion that both hold, and which effects may be named of it."""
+        return regime_of(self)
+
+    @cached_property
     def record_modes(self):
         """Modes of the record, identified as those of the reference were."""
         return identified(self.pair.record, self.pair.channels, self.pair.rate_hz)
@@ -129,7 +136,8 @@ class Recordings:
                 detection = detector(effect, self)
                 # what is read off the samples is exact
                 tests += ModalPattern.SAMPLE_VALUES not in effect.patterns
-                if detection is not None and detection.effect in self.effects:
+                if detection is not None and detection.effect in self.effects and (
+                        self.regime.allows(detection.effect, len(detection.times) > 0)):
                     # what periods show of an effect replaces what the samples show of it
                     found[detection.effect] = detection
         return tuple(found.values()), tests
@@ -157,8 +165,12 @@ def prepare(reference, record, effects):
     def nominal_of(spectra):
         cut = spectra.cut
         found = make_nominal(pair.reference, pair.channels, cut, spectra.mean, spectra)
-        return found if repeats is None else found.trusted(
-            independent_share(repeats[0], cut, same_signal(*repeats)))
+        if repeats is None:
+            return found
+        dither = 2 / pair.rate_hz * np.square(dither_of(clean))
+        return found.trusted(independent_share(repeats[0], cut, same_signal(*repeats))).trusted(
+            steady_share(repeats[:1 if clear_level else 2], dither, cut,
+                         (one.freedom, two.freedom)))
     there = compared(nominal_of, one, two, effects)
     full_mean = full_mean if there.turn is None else there.one.mean / np.exp(level)
     raw = tuple(s.values[:, [s.channels.index(c) for c in pair.channels]]

@@ -6,8 +6,10 @@ import numpy as np
 from ssi_ros.effects import inject
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.inference.thresholds import LIMITS
+from ssi_ros.gap.inference.whittle import Evidence
 from ssi_ros.gap.spectra.expected_periodogram import expected, power_of
 from ssi_ros.gap.spectra.jitter_noise import jitter_noise_of
+from ssi_ros.gap.spectra.segmentation import spectra
 from ssi_ros.model.excitation import source, White
 
 # What a candidate raises that cannot exist, as a mass off the array does.
@@ -20,14 +22,15 @@ class Simulator:
 
     `present` are effects that the model has already, `jitter_noise` the noise that jitter makes
     of the motion of one record, see `with_motion_of`; `compensation`, a Compensation, keeps the
-    modes of candidates where the record has them.
+    modes of candidates where the record has them; `recorded`, RecordedInputs, come before the
+    channels.
     """
 
     def __init__(self, spacecraft, frame, duration_s, present=(), jitter_noise=None,
-                 compensation=None):
+                 compensation=None, recorded=None):
         self.spacecraft, self.frame, self.duration_s = spacecraft, frame, duration_s
         self.present, self.jitter_noise = tuple(present), jitter_noise
-        self.compensation = compensation
+        self.compensation, self.recorded = compensation, recorded
 
     def on(self, frame):
         """Return the same model side in another frame."""
@@ -36,8 +39,33 @@ class Simulator:
     def but(self, **changes):
         """Return the same model side with some of its parts replaced."""
         kept = {n: getattr(self, n) for n in ('spacecraft', 'frame', 'duration_s', 'present',
-                                              'jitter_noise', 'compensation')}
+                                              'jitter_noise', 'compensation', 'recorded')}
         return Simulator(**{**kept, **changes})
+
+    @property
+    def known(self):
+        """Return how many channels, the first ones, are recorded inputs."""
+        return self.recorded.count if self.recorded and self.recorded.first else 0
+
+    def evidence(self, samples):
+        """Return the Evidence of Samples cut by the frame."""
+        frame = self.frame
+        return Evidence(frame, spectra(samples, frame), frame.used, known=self.known)
+
+    @property
+    def moved(self):
+        """Return the model as all its inputs move it, for sizes to begin at."""
+        return self.recorded.moving(self.spacecraft) if self.recorded else self.spacecraft
+
+    def of_inputs(self, **changes):
+        """Return the same model side with other recorded inputs, or the same without any."""
+        return self.but(recorded=replace(self.recorded, **changes)) if self.recorded else self
+
+    def for_templates(self, levels):
+        """Return the model side that templates for a record at levels are made by."""
+        # what recorded inputs drive does not follow the levels
+        return self.of_inputs(exact=False).but(
+            spacecraft=at_levels(self.spacecraft, levels)) if self.recorded else self
 
     def at_errors(self, values):
         """Return the same model side with the errors of its numbers at values, (m,)."""
@@ -49,7 +77,7 @@ class Simulator:
 
     def with_motion_of(self, evidence, candidate, levels):
         """Return the model side whose jitter noise is of the motion of a record, eq. (95b)."""
-        if self.jitter_noise is not None:
+        if self.jitter_noise is not None or self.recorded:
             return self
         try:
             setup = self.setup(candidate, levels)
@@ -83,7 +111,8 @@ class Simulator:
 
     def spectrum(self, setup):
         """Return the expected periodograms of a setup."""
-        return expected(setup, self.frame, self.jitter_noise)
+        return expected(setup, self.frame, self.jitter_noise,
+                        self.recorded and self.recorded.expected)
 
 
 def at_levels(spacecraft, levels):

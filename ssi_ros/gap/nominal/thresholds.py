@@ -54,6 +54,8 @@ class NominalLimits:
         0.9, '1', 'MAC of one mode in two tests: Ewins, Modal Testing, 2000')
     like_mode: Threshold = _choice(0.5, '1', 'MAC of a neighbour that a mode could be taken for')
     mode_odds: Threshold = _choice(100.0, 'nat', 'spreads of modes are not believed further')
+    certain_shift: Threshold = _choice(
+        1e-6, '1', 'chance of a mode that moved, five standard deviations, which a fit must move')
     # joints, eq. (154) to (157)
     phase_locked: Threshold = _choice(
         5.0, 'sd', 'bursts that follow the phase of a mode, over their surrogates')

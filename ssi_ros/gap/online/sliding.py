@@ -40,6 +40,7 @@ class GapUpdate:
     raised_ns: int = None               # of the alarm; stays until it is acknowledged
     cause: str = ''                     # the statistic with the largest part of it then
     reason: str = ''                    # what limits the result; empty when all is well
+    measured: bool = True               # whether the alarm has seen the newest hop
 
     @property
     def deviations(self):
@@ -147,6 +148,7 @@ class LiveGap:
         update = GapUpdate(
             self._stamp(self.hop - hops), self._stamp(self.hop), alarm_level=alarm.level,
             raised_ns=alarm.raised_ns, reason='; '.join(reasons),
+            measured=self.scores[-1] is not None,
             cause=model.cause(alarm.statistic) if alarm.raised_ns is not None else '')
         if found is None:
             return update

@@ -201,7 +201,10 @@ def _pseudo(name, probability, gap, closed, inside):
 
 
 def _unexplained(case, reason, unknown):
-    where = replace(case.location, site=_sites(case.found.score_test, (), ()))
+    known = case.comparison.site
+    sites = {s.value: float(s.value == known) for s in Site} if known else _sites(
+        case.found.score_test, (), ())
+    where = replace(case.location, site=sites)
     return Diagnosis('UNEXPLAINED', reason, case.gap, where, (unknown,),
                      {**NO_VERDICT, 'probability': unknown.probability}, (),
                      case.texts)

@@ -88,13 +88,14 @@ def _sensors(measured):
     """Return shares of the channels, by variance, u - log u - 1, and coherence, and p-values."""
     w, n = measured.whitened, measured.averages
     own, others = np.einsum('bii->bi', w).real, w.shape[1] - 1
+    known = w.shape[1] - len(measured.channels)     # inputs, whose own spectrum is no gap
     floor, spread = floor_of_band(n, 1)
     level = own - np.log(own) - 1 - floor
     coherence = np.abs(w) ** 2 / (own[:, :, None] * own[:, None, :])
     shared = (coherence.sum(axis=2) - 1 - others / n) / 2
     # a coherence of n spectra with no other is exponential of mean 1 / n
     spread = np.sqrt(spread ** 2 + others / (2 * n) ** 2) / np.sqrt(len(w))
-    excess = (level + shared).mean(axis=0)
+    excess = (level + shared).mean(axis=0)[known:]
     return shares_of(excess), [float(p) for p in norm.sf(excess / spread)]
 
 

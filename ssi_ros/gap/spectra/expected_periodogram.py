@@ -40,24 +40,25 @@ def power_of(shares):
     return float(sum(np.trace(s.mean(axis=(0, 1))).real for s in shares))
 
 
-def expected(setup, frame, jitter_noise=None):
+def expected(setup, frame, jitter_noise=None, one=None):
     """
     Compute the Expected of a setup, of `inject`, whose record is cut as a frame says.
 
     The autocovariance of the sampled system is a sum of its poles, eq. (94); times the overlap
     of the taper with itself, its Fourier transform is the mean of the periodogram, leakage and
     aliases included. Nonlinear hinges enter by their equivalent linear ones. JitterNoise is of the
-    motion of a record; without it, that of the mean motion, eq. (95b), counts. Source: Sykulski et
-    al., Biometrika 106(2), 2019 (debiased Whittle).
+    motion of a record; without it, that of the mean motion, eq. (95b), counts. `one` computes it
+    in place of `steady`. Source: Sykulski et al., Biometrika 106(2), 2019 (debiased Whittle).
     """
+    one = one or steady
     if not setup.drift:
-        return _steady(linearise(setup), frame, jitter_noise)
+        return one(setup, frame, jitter_noise)
     arrays = [a.name for a in setup.spacecraft.arrays]
     each = []
     for segment in range(frame.segments):
         change = setup.drift * (frame.begins_s[segment] + frame.span_s / 2) / setup.duration_s
         system = scale_stiffness(setup.system, arrays, 1.0 + change)
-        each.append(_steady(linearise(replace(setup, system=system)), frame, jitter_noise))
+        each.append(one(replace(setup, system=system), frame, jitter_noise))
 
     def own(parts):
         return np.stack([p[i % len(p)] for i, p in enumerate(parts)])
@@ -65,7 +66,9 @@ def expected(setup, frame, jitter_noise=None):
                     own([e.fixed for e in each]))
 
 
-def _steady(setup, frame, jitter_noise):
+def steady(setup, frame, jitter_noise):
+    """Compute the Expected of a setup without drift."""
+    setup = linearise(setup)
     system, rate_hz = setup.system, setup.system.rate_hz
     sampled = system.state_space.discrete(rate_hz)
     if np.abs(sampled.poles).max(initial=0.0) > 1 + ROUNDING:
@@ -76,7 +79,7 @@ def _steady(setup, frame, jitter_noise):
     names, shares = [], []
     fixed = np.zeros((1, frame.last - frame.first, count, count), complex)
     sampling = _Sampling(setup, frame, jitter_noise)
-    powers = _powers(sampled.poles, frame.rows - 1)
+    powers = powers_of(sampled.poles, frame.rows - 1)
     for part in system.excitation:
         inner, colour, level = part, 1.0, None
         while isinstance(inner, (Varying, Coloured)):
@@ -107,7 +110,7 @@ def _steady(setup, frame, jitter_noise):
         if isinstance(stage, Noise):
             white = white + stage.noise_covariance(count)
         elif hasattr(stage, 'autocovariance'):
-            fixed = fixed + _transform(
+            fixed = fixed + transform(
                 stage.autocovariance(count, frame.rows, rate_hz), frame.overlap, frame)
     shares.append(np.broadcast_to(white * frame.overlap[0] + 0j, fixed[:1].shape))
     return Expected(tuple(names) + (Noise.name,), tuple(shares), fixed, setup.near)
@@ -121,7 +124,7 @@ def _through(gain, spectrum):
     return spectrum if np.all(own == 1.0) else np.outer(own, own) * spectrum
 
 
-def _powers(poles, count):
+def powers_of(poles, count):
     """Return the powers 0, 1, ... of poles, shape (count, poles), as products of two tables."""
     logs = np.log(np.where(np.abs(poles) < 1e-300, 1e-300, poles))
     width = int(np.sqrt(count)) + 1
@@ -129,7 +132,7 @@ def _powers(poles, count):
     return (coarse[:, None] * fine[None]).reshape(-1, len(poles))[:count]
 
 
-def _autocovariance(sampled, inputs, powers, turn=1.0):
+def autocovariance(sampled, inputs, powers, turn=1.0):
     """Return E[y(k + lag) y(k)^T] for lag = 0, 1, ..., shape (lags, l, l), eq. (94)."""
     # With `turn` not 1 the part of it, complex, that goes with turn^k where the inputs do, (95a).
     live = np.flatnonzero(inputs.any(axis=0))
@@ -165,7 +168,7 @@ def _random(level, sampled, inputs, powers, frame):
     The square of a modulated level has three parts, of 0, 1 and 2 times its frequency; a slow
     mode follows each with a lag of its own, eq. (95a).
     """
-    steady = _transform(_autocovariance(sampled, inputs, powers), frame.overlap, frame)[None]
+    steady = transform(autocovariance(sampled, inputs, powers), frame.overlap, frame)[None]
     if level is None:
         return steady
     omega = 2 * np.pi / level.period_s
@@ -178,15 +181,15 @@ def _random(level, sampled, inputs, powers, frame):
         turn = np.exp(1j * times * omega / frame.rate_hz)
         turned = np.fft.fft((frame.taper * turn ** np.arange(frame.rows)).conj(), 2 * frame.rows)
         overlap = np.fft.ifft(turned.conj() * tapered)[:frame.rows] * thinned
-        values = 2 * part * overlap[:, None, None] * _autocovariance(
+        values = 2 * part * overlap[:, None, None] * autocovariance(
             sampled, inputs, powers, turn)
         phase = np.exp(1j * times * omega * frame.begins_s)[:, None, None, None]
-        total = (total + phase.real * _transform(values.real, 1.0, frame)
-                 - phase.imag * _transform(values.imag, 1.0, frame))
+        total = (total + phase.real * transform(values.real, 1.0, frame)
+                 - phase.imag * transform(values.imag, 1.0, frame))
     return total
 
 
-def _transform(autocovariance, overlap, frame):
+def transform(autocovariance, overlap, frame):
     """Return the expected periodogram of an autocovariance, shape (k, l, l), eq. (95)."""
     values = autocovariance * np.reshape(overlap, (-1, 1, 1))
     half = np.fft.rfft(values, axis=0)[frame.first:frame.last]

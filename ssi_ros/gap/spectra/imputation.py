@@ -12,9 +12,8 @@ from scipy.fft import next_fast_len
 
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.inference.model_fit import fit
-from ssi_ros.gap.inference.whittle import Evidence
 from ssi_ros.gap.nominal.simulator import excitation_level
-from ssi_ros.gap.spectra.segmentation import frame_of, spectra
+from ssi_ros.gap.spectra.segmentation import frame_of
 from ssi_ros.gap.spectra.thresholds import LIMITS
 from ssi_ros.integrity.filling import draw
 from ssi_ros.integrity.values import runs
@@ -71,7 +70,7 @@ def completed(simulator, samples, limits, settings):
         frame = frame_of(whole, settings)
         simulator = simulator.on(frame)
     for i in range(ROUNDS):
-        evidence = Evidence(frame, spectra(whole, frame), frame.used)
+        evidence = simulator.evidence(whole)
         levels = fit(simulator, evidence).levels
         if whole is samples or i == ROUNDS - 1:
             break
@@ -95,6 +94,8 @@ def filled(simulator, samples, levels=None, candidate=Candidate(), *, limits=Non
     all that was recorded.
     `limits`, (n, l), are values that missing ones are beyond, NaN where there is none.
     """
+    if simulator.known:
+        return _beside_inputs(simulator, samples, levels, candidate, limits, longest_s)
     gone = np.isnan(samples.values)
     missing, longest = runs(gone.any(axis=1)), longest_s * samples.rate_hz
     if not any(last - first <= longest for first, last in missing):
@@ -117,6 +118,16 @@ def filled(simulator, samples, levels=None, candidate=Candidate(), *, limits=Non
         if last - first > longest:
             values[first:last] = samples.values[first:last]
     return replace(samples, values=values)
+
+
+def _beside_inputs(simulator, samples, levels, candidate, limits, longest_s):
+    """Return the samples with the gaps of the channels filled; inputs before them have none."""
+    known, values = simulator.known, samples.values
+    rest = replace(samples, values=values[:, known:], channels=samples.channels[known:])
+    whole = filled(simulator.of_inputs(first=False, shown=False), rest, levels, candidate,
+                   limits=limits if limits is None else limits[:, known:], longest_s=longest_s)
+    return samples if whole is rest else replace(samples, values=np.hstack(
+        [values[:, :known], whole.values]))
 
 
 def spectrum(simulator, period, levels, candidate=Candidate()):

@@ -41,9 +41,7 @@ def joint(recordings):
     sloped = slopes[k] < LIMITS.detected.value
     if not (distorted or sloped):
         return None, 0.0
-    rise = dependence.frequency_slopes[k] if sloped else np.sum(moves(
-        nominal.modes, modes_of(nominal, recordings.record_modes)))     # at a higher level
-    pattern = ModalPattern.HARDENING if rise > 0 else ModalPattern.SOFTENING
+    pattern = level_law(recordings, dependence.frequency_slopes[k] if sloped else None)
     texts, bonus, bursts = [], 0.0, 0.0
     if distorted:
         bursts = float(locked.max()) ** 2 / 2
@@ -59,6 +57,15 @@ def joint(recordings):
     name = next((n for n in showing(pattern) if n in recordings.effects), '')
     return Detection(name, {}, float(np.exp(-bonus)), '; '.join(texts), weak=True,
                      basis=lambda r: (form,)), bursts
+
+
+def level_law(recordings, rise=None):
+    """Return whether frequencies rise with the level or fall, as `rise` or the recordings say."""
+    if rise is None:
+        nominal = recordings.nominal
+        rise = np.sum(moves(nominal.modes, modes_of(nominal, recordings.record_modes)))
+        rise *= 1.0 if recordings.level > 0 else -1.0
+    return ModalPattern.HARDENING if rise > 0 else ModalPattern.SOFTENING
 
 
 def _text_of_bursts(nominal, share, locked):

@@ -1,10 +1,10 @@
 """
-Diagnose records with an effect that is not in the library: how many are told to be unexplained.
+Diagnose records with an effect that is not in the library: how many are called unexplained.
 
-    python -m validation.gap_strangers [SEEDS]
+    python -m validation.gap_outside [SEEDS]
 
 Sizes are in units of d', what an oracle that knows the effect would see, levels and model errors
-projected out; of gains that wander it is the amplitude of half a cosine over the record. Every
+projected out; of gains that vary it is the amplitude of half a cosine over the record. Every
 record: 600 s, level within 3 dB of the model's.
 """
 import argparse
@@ -82,7 +82,7 @@ def looser(array):
 def torque(axis, corner_hz=None):
     """Return random torque about an axis, of a power that grows with the size."""
     def make(setup, size):
-        part = White('stranger', (f'torque_{axis}',), (np.sqrt(size),))
+        part = White('unmodelled', (f'torque_{axis}',), (np.sqrt(size),))
         return add_part(setup, part if corner_hz is None else Coloured(part, corner_hz))
     return make
 
@@ -97,19 +97,19 @@ CASES = {
     'torque about y': (torque('y'), 1e-3), 'torque about x below 0.3 Hz': (torque('x', 0.3), 1e-3)}
 
 
-WANDERS = {'gain of e1_a wanders': slice(1), 'gain of E1 wanders': slice(2)}
+VARYING = {'gain of e1_a varies': slice(1), 'gain of E1 varies': slice(2)}
 AMPLITUDES = (0.005, 0.01, 0.04)
 
 
 def size_for(simulator, make, size, detection, settings):
-    """Return the size of a stranger that an oracle sees with so many deviations."""
+    """Return the size of a change that an oracle sees with so many deviations."""
     nominal = simulator.expected(Candidate())
     ones = np.ones(len(nominal.names))
     uncertainty = model_uncertainty(simulator, Candidate(), ones, settings)
     for _ in range(4):
         there = expected(make(simulator.setup(Candidate()), size), simulator.frame)
         change = there.at(np.ones(len(there.names))) - nominal.at(ones)
-        templates = Templates(('stranger',), change.mean(axis=0)[None], {},
+        templates = Templates(('unmodelled',), change.mean(axis=0)[None], {},
                               power_of(nominal.shares[:-1]))
         size *= detection / promise(templates, nominal, simulator.frame, uncertainty)[0][0]
     return size
@@ -130,7 +130,7 @@ def main(seeds):
     spacecraft, settings = load_spacecraft(), DiagnosisSettings()
     frame = make_frame(round(SECONDS * spacecraft.rate_hz), spacecraft.rate_hz, settings)
     simulator = Simulator(spacecraft, frame, SECONDS)
-    print("| stranger | size | d' | outcome | p | named | told | CPU s |\n" + '|---' * 8 + '|',
+    print("| change | size | d' | outcome | p | named | said | CPU s |\n" + '|---' * 8 + '|',
           flush=True)
     flagged = []
     for name, (make, start) in CASES.items():
@@ -139,7 +139,7 @@ def main(seeds):
             for seed in range(seeds):
                 samples = simulate_setup(make(inject(craft(seed), (), SECONDS), size), 4000 + seed)
                 tell(name, size, f'{detection:g}', samples)
-    for name, channels in WANDERS.items():
+    for name, channels in VARYING.items():
         for size in AMPLITUDES:
             for seed in range(seeds):
                 samples = simulate_setup(inject(craft(seed), (), SECONDS), 4000 + seed)

@@ -1,0 +1,157 @@
+"""Channels of one rate that are sampled at different instants: by how much, and put right."""
+from dataclasses import dataclass
+
+import numpy as np
+
+BLOCK = 256             # ticks over which a phase is taken
+FEW = 16                # stamps that it needs
+SMALL = 2e-3            # of a sample: below it an offset is left as it is
+LARGE = 0.02            # of a sample: above it an offset may not be left as it is
+DRIFTS = 0.25           # samples by which one clock may run away from another within a record
+EDGE = 32               # samples lost at either end of an unbroken run that is moved
+KEPT = 0.9              # share of a channel's samples that must survive that
+
+
+@dataclass(frozen=True)
+class Offset:
+    """How a channel's instants lie beside those of the first channel, in samples."""
+
+    offset: float = 0.0     # later by so much, -0.5 to 0.5
+    drift: float = 0.0      # and by so much more at the end of the record than at its beginning
+
+
+def offsets(stamps_ns, rate_hz, start_ns, end_ns):
+    """
+    Return the Offset of every channel, from the turning of mean phasors block by block.
+
+    Parameters
+    ----------
+    stamps_ns : sequence of ndarray of int64
+        Stamps of each channel [ns].
+    rate_hz : float
+        Common rate [Hz].
+    start_ns, end_ns : int
+        Between which stamps are looked at: a strange one may be years away [ns].
+
+    """
+    stamps_ns = [s[(s >= start_ns) & (s <= end_ns)] for s in stamps_ns]
+    held = [s for s in stamps_ns if len(s)]
+    if not held:
+        return [Offset() for _ in stamps_ns]
+    first = min(int(s.min()) for s in held)
+    blocks = int((max(int(s.max()) for s in held) - first) * 1e-9 * rate_hz / BLOCK) + 1
+    means = [_phasors((s - first) * 1e-9 * rate_hz, blocks) for s in stamps_ns]
+    reference = next(m for m, s in zip(means, stamps_ns) if len(s))
+    return [_between(m, reference) for m in means]
+
+
+def _phasors(ticks, blocks):
+    """Return the mean phasor of every block, NaN of those with few stamps."""
+    at, turn = (ticks / BLOCK).astype(np.int64), 2.0 * np.pi * np.mod(ticks, 1.0)
+    n = np.bincount(at, minlength=blocks).astype(float)
+    sums = np.bincount(at, np.cos(turn), blocks) + 1j * np.bincount(at, np.sin(turn), blocks)
+    return np.where(n < FEW, np.nan, sums / np.maximum(n, 1.0))
+
+
+def _between(phasors, reference):
+    both = phasors * np.conj(reference)
+    number = np.flatnonzero(np.isfinite(both))
+    if not len(number):
+        return Offset()
+    turns = np.unwrap(np.angle(both[number])) / (2.0 * np.pi)
+    slope = np.polyfit(number, turns, 1)[0] if len(number) > 2 else 0.0
+    middle = float(np.median(turns))
+    return Offset(middle - round(middle), float(slope * (number[-1] - number[0])))
+
+
+def moved(values, offset):
+    """
+    Return a channel as it was so many samples earlier; the spectrum of its noise stays.
+
+    Every unbroken run is turned in phase, no frequency changes in size, after the line between
+    its ends is taken away; EDGE samples at either end of a run are lost.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n,)
+        NaN where a sample is missing.
+    offset : float
+        In samples.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+
+    """
+    out = np.full(len(values), np.nan)
+    there = np.concatenate(([False], np.isfinite(values), [False]))
+    edges = np.flatnonzero(np.diff(there.astype(np.int8)))
+    for begin, end in edges.reshape(-1, 2):
+        if end - begin <= 2 * EDGE:
+            continue
+        run = values[begin:end]
+        line = np.linspace(run[0], run[-1], len(run))
+        turn = np.exp(-2j * np.pi * np.fft.rfftfreq(len(run)) * offset)
+        # the line itself moves by its slope
+        slope = (run[-1] - run[0]) / (len(run) - 1)
+        new = np.fft.irfft(np.fft.rfft(run - line) * turn, len(run)) + line - slope * offset
+        out[begin + EDGE:end - EDGE] = new[EDGE:-EDGE]
+    return out
+
+
+def together(values, found, names, rate_hz):
+    """
+    Return rows with all channels at the instants of the first, and a sentence where any was moved.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n, l)
+        NaN where a sample is missing.
+    found : list of Offset
+        Of every channel.
+    names : sequence of str
+        Of the channels.
+    rate_hz : float
+        Common rate [Hz].
+
+    Raises
+    ------
+    ValueError
+        If a clock runs away from that of the first channel, or so many samples are missing that
+        an offset cannot be made good.
+
+    """
+    values, said = values.copy(), []
+    for c, (name, o) in enumerate(zip(names, found)):
+        ms = 1e3 * o.offset / rate_hz
+        if abs(o.drift) > DRIFTS:
+            raise ValueError(f'the clock of {name} runs away from that of {names[0]} by '
+                             f'{abs(o.drift):.3g} samples within the record; stamp both by one '
+                             'clock, or cut the record into shorter ones')
+        if abs(o.offset) < SMALL:
+            continue
+        new = moved(values[:, c], o.offset)
+        if np.isfinite(new).sum() < KEPT * np.isfinite(values[:, c]).sum():
+            if abs(o.offset) < LARGE:
+                continue
+            raise ValueError(f'{name} is sampled {ms:+.3g} ms beside {names[0]}, and too many '
+                             'samples are missing to move it there; sample both at the same '
+                             'instants')
+        values[:, c] = new
+        said.append(f'{name} {ms:+.3g} ms')
+    return values, (f'sampled beside {names[0]}: {", ".join(said)}; moved to its instants' if said
+                    else '')
+
+
+def words(found, names, rate_hz):
+    """Return a sentence for every channel whose shapes an offset turns, a list."""
+    out = []
+    for name, o in zip(names, found):
+        ms = 1e3 * o.offset / rate_hz
+        if abs(o.drift) > DRIFTS:
+            out.append(f'the clock of {name} runs away from that of {names[0]} by '
+                       f'{abs(o.drift):.3g} samples within the record: shapes turn with it')
+        elif abs(o.offset) > LARGE:
+            out.append(f'{name} is sampled {ms:+.3g} ms beside {names[0]}: its component of a '
+                       f'shape at f Hz is turned by {0.36 * ms:+.3g} f degrees')
+    return out

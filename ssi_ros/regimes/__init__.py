@@ -1,0 +1,1 @@
+"""What kind of motion two recordings hold, and what an answer may then say."""

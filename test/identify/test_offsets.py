@@ -1,0 +1,68 @@
+"""Channels sampled at other instants: moved exactly, or refused with a sentence."""
+import numpy as np
+import pytest
+
+from ssi_ros.bag import Channel, Recording
+from ssi_ros.identify.offsets import EDGE, moved, offsets
+from ssi_ros.report.samples import samples_of
+
+START, RATE = 1_700_000_000_000_000_000, 100.0
+
+
+def wave(t):
+    """Return three vibrations, one at 0.45 of the rate, and a line."""
+    return (np.sin(2 * np.pi * 3.1 * t) + np.sin(2 * np.pi * 21.7 * t + 1.0)
+            + np.sin(2 * np.pi * 45.0 * t + 2.0) + 0.01 * t)
+
+
+def recorded(*columns):
+    """Return a recording of (times [s], values) a channel."""
+    stamps = tuple(START + np.rint(t * 1e9).astype(np.int64) for t, _ in columns)
+    return Recording(tuple(Channel(f'/{n}') for n, _ in zip('abc', columns)), stamps,
+                     tuple(v for _, v in columns), stamps, (False,) * len(columns))
+
+
+@pytest.mark.parametrize('offset_ms', [3.0, -4.5, 0.1])
+def test_a_channel_is_moved_to_the_instants_of_the_first(offset_ms):
+    """Behind the edges a channel is what it was at the other instants, to 2e-3 of its size."""
+    t, said = np.arange(6000) / RATE, []
+    late = t + 1e-3 * offset_ms
+    samples = samples_of(recorded((t, wave(t)), (late, wave(late))), say=said.append)
+    assert said == [f'sampled beside a: b {offset_ms:+.3g} ms; moved to its instants']
+    # ends that do not meet leave a trace that falls with the square of the distance
+    np.testing.assert_allclose(samples.values[200:-200, 1], samples.values[200:-200, 0],
+                               atol=2e-3 * 3)
+    assert np.isfinite(samples.values).all() and len(samples.values) >= 6000 - 2 * EDGE - 1
+
+
+def test_noise_keeps_its_spectrum(rng):
+    """White noise stays white up to half of the rate, also between gaps."""
+    x = rng.standard_normal(2 ** 16)
+    x[30000:30100] = np.nan
+    y = moved(x, 0.37)
+    assert np.isnan(y[30000 - EDGE:30100 + EDGE]).all()
+    power = np.abs(np.fft.rfft(y[40000:60000])) ** 2
+    # each mean of 1000 bins of unit exponentials scatters by 3 %
+    np.testing.assert_allclose(power.reshape(-1)[:10000].reshape(10, 1000).mean(axis=1) / 20000,
+                               1.0, atol=0.15)
+
+
+def test_losses_and_drifts_are_refused(rng):
+    """Where a channel cannot be moved, or its clock runs away, a sentence says so."""
+    t = np.arange(6000) / RATE
+    kept = t[rng.random(6000) > 0.05]
+    with pytest.raises(ValueError, match=r'b is sampled \+3 ms beside a, and too many'):
+        samples_of(recorded((kept, wave(kept)), (kept + 0.003, wave(kept + 0.003))))
+    slow = np.arange(5990) / 99.95
+    with pytest.raises(ValueError, match='the clock of b runs away from that of a by 2.9'):
+        samples_of(recorded((t, wave(t)), (slow, wave(slow))))
+
+
+def test_jitter_and_a_common_drift_are_none(rng):
+    """Uneven stamps on one clock, and all channels at 100.03 Hz: nothing to move."""
+    t = np.arange(20000) / 100.03
+    jitter = [START + np.rint((t + rng.normal(0, 1e-3, 20000)) * 1e9).astype(np.int64)
+              for _ in range(2)]
+    for o in offsets(jitter, RATE, START, START + 10 ** 12):
+        # 1 ms of 20,000 stamps: a standard deviation of 1e-3 samples
+        assert abs(o.offset) < 5e-3 and abs(o.drift) < 0.02
