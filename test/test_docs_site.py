@@ -14,12 +14,13 @@ DOCS = ROOT / 'docs'
 @pytest.fixture(scope='module')
 def site(tmp_path_factory):
     """Build the site; a broken link or anchor would end the build."""
+    # without --quiet, which hides warnings from --strict, too
     pytest.importorskip('mkdocs', reason='MkDocs is not installed')
     pytest.importorskip('material', reason='the theme of the site is not installed')
     pytest.importorskip('math_core', reason='what typesets equations is not installed')
     folder = tmp_path_factory.mktemp('site')
     done = subprocess.run(
-        [sys.executable, '-m', 'mkdocs', 'build', '--strict', '--quiet', '--site-dir', folder],
+        [sys.executable, '-m', 'mkdocs', 'build', '--strict', '--site-dir', folder],
         cwd=ROOT, capture_output=True, text=True, timeout=300,
         env=dict(os.environ, NO_MKDOCS_2_WARNING='1'))
     assert done.returncode == 0, done.stderr[-3000:]
