@@ -32,7 +32,7 @@ test-slow: $(VENV)/.ready  ## an injection of every effect and other long ones, 
 docs: $(VENV)/.ready  ## make the reference from the code, and the site in build/site
 	@$(BIN)/python -m ssi_ros.ros.reference docs/reference >/dev/null
 	@$(BIN)/ssi_ros effects --markdown > docs/effects.md
-	@NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --quiet
+	@NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict
 	@echo "open build/site/index.html"
 
 lint: $(VENV)/.ready  ## style only
