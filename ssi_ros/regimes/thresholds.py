@@ -13,8 +13,6 @@ def _choice(value, unit, why):
 class RegimeLimits:
     """Limits of decisions, in the order of the files that use them."""
 
-    same_drive: Threshold = _choice(
-        0.8, '1', 'correlation of mean periods; another signal has about 0')
     clear_line: Threshold = _choice(
         100.0, '1', 'power of a line over its scatter: a tenth of an amplitude')
     certain: Threshold = _choice(

@@ -35,7 +35,7 @@ def test_a_shock_on_a_vibrating_board_is_an_event_of_the_excitation():
 
 
 def test_parts_of_one_loud_recording_are_alike():
-    """Halves of level 5 of the F-16, whose distortion wanders, turned round."""
+    """Halves of level 5 of the F-16, whose distortion varies, turned round."""
     data = np.load(FOLDER / 'f16_level5.npz')
     whole = Samples(data['acceleration'].astype(float), 400.0, ('shaker', 'wing', 'payload'))
     halves = whole.between(0, 92.16), whole.between(92.16, 184.32)

@@ -12,15 +12,15 @@ from ssi_ros.records import Samples
 from ssi_ros.regimes.common_drive import drive_evidence
 from ssi_ros.regimes.decays import moved, unresolved, vibration
 from ssi_ros.regimes.regime import Regime
-from ssi_ros.regimes.wander import steady_share
+from ssi_ros.regimes.varying_level import steady_share
 
 RATE_HZ, ROWS, PERIODS = 200.0, 2048, 6
 NAMES = 'a', 'b', 'c'
 SHAPES = np.array([[1.0, 0.5, 0.2], [0.4, -1.0, 0.6], [0.3, 0.5, -1.0]])
 
 
-def driven(seed, factor=1.0, colour=0.0, gain=1.0, wander=0.0):
-    """Return three modes under one signal that repeats itself; rattle wanders above 40 Hz."""
+def driven(seed, factor=1.0, colour=0.0, gain=1.0, swing=0.0):
+    """Return three modes under one signal that repeats itself; rattle varies above 40 Hz."""
     rng, drive = np.random.default_rng(seed), np.random.default_rng(1)
     f = np.fft.rfftfreq(ROWS, 1 / RATE_HZ)
     force = np.exp(2j * np.pi * drive.random(len(f))) * ((f > 2) & (f < 30))
@@ -32,7 +32,7 @@ def driven(seed, factor=1.0, colour=0.0, gain=1.0, wander=0.0):
     clean = np.tile(np.fft.irfft(lines, ROWS, axis=0), (PERIODS, 1))
     rattle = np.fft.irfft(np.exp(2j * np.pi * drive.random((len(f), 3)))
                           * (f > 40)[:, None], ROWS, axis=0)
-    levels = 0.2 * np.exp(wander * rng.standard_normal(PERIODS))
+    levels = 0.2 * np.exp(swing * rng.standard_normal(PERIODS))
     values = clean + np.concatenate([level * rattle for level in levels])
     return values + 1e-3 * clean.std() * rng.standard_normal(values.shape)
 
@@ -42,12 +42,12 @@ def split(values):
     return repeats_of(values, RATE_HZ, ROWS)
 
 
-def test_bands_whose_level_wanders_count_as_one():
+def test_bands_whose_level_varies_count_as_one():
     """Rattle that changes by a tenth from period to period; what is steady keeps its weight."""
     cut = plan(ROWS * PERIODS, RATE_HZ, 3, ROWS)
     high = cut.middles_hz > 50
-    for wander, least, most in ((0.0, 0.5, 1.0), (0.1, 0.0, 0.05)):
-        both = [split(driven(seed, wander=wander)) for seed in (2, 3)]
+    for swing, least, most in ((0.0, 0.5, 1.0), (0.1, 0.0, 0.05)):
+        both = [split(driven(seed, swing=swing)) for seed in (2, 3)]
         share = steady_share(both, np.zeros(3), cut, (30.0, 30.0))
         assert least <= np.median(share[high]) <= most
         assert np.median(share[cut.middles_hz < 25]) > 0.5

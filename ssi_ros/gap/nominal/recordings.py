@@ -27,7 +27,7 @@ from ssi_ros.gap.spectra.band_averages import (
     Cut, level_of, plan, Spectra)
 from ssi_ros.levels.free import compared
 from ssi_ros.regimes.assess import regime_of
-from ssi_ros.regimes.wander import steady_share
+from ssi_ros.regimes.varying_level import steady_share
 
 SOURCES = 'recordings', 'periods'
 DETECTORS = chirp, impulses, level, samples, tone    # they enter themselves in the registry

@@ -64,9 +64,9 @@ def steady_share(repeats, dither, cut, freedom):
     most = fisher.isf(OFTEN, known[-1], known[0]) * np.maximum(*found[0])
     observed, noise = (sum(k * np.minimum(v, most) for k, v in zip(known, values)) / total
                        for values in zip(*found))
-    # what noise alone reaches in one band of a hundred is no wander
+    # what noise alone reaches in one band of a hundred is no variation
     scatter = np.maximum(observed - chi2.isf(RARE, total) / total * noise, 0.0)
-    # neighbours wander together: one that does so little in a few periods does by chance
+    # neighbours vary together: one that does so little in a few periods does by chance
     scatter = np.maximum(scatter, median_filter(scatter, min(2 * WIDE + 1, cut.bands)))
     count = total / len(known) + 1
     apart = 4 * count / (count + 1) * total / max(total - 2, 1) * scatter
