@@ -4,7 +4,7 @@ Samples from topics to rows of one grid: subscriptions that only append, a timer
 The subscription callback only appends raw bytes; a timer reads them into a `Grid` and hands the
 rows that are complete on, in an order that depends on the stamps alone.
 """
-from collections import deque
+from collections import Counter, deque
 import threading
 import time
 
@@ -75,6 +75,7 @@ class Intake:
         self.grid = Grid(self.names, self.rate_hz, self.settings.lateness_s)
         self._jumps, self._turns, self._segment = 0, 0, None
         self._missing, self._off = [(0, 0)] * len(self.sources), set()
+        self._lost = Counter()
         self._lately = Lately()
         self._lately.keep(self.grid.counts)
 
@@ -191,18 +192,18 @@ class Intake:
 
     def _report_missing(self, now):
         """Say which samples are missing since the last time, ever less often."""
-        if now < self._said + self._say_s:
-            return
         # rows that a channel does not fill while it is silent, or at another rate, are reported
         # as that
         counts = self.grid.counts
         lost = [(c.missing, c.late + c.bad_stamps + c.not_finite) for c in counts]
-        new = {}
         for i, (name, (missing, bad), before) in enumerate(zip(self.names, lost, self._missing)):
             said = name in self._quiet or i in self._off or not counts[i].received
-            if n := bad - before[1] + (0 if said else missing - before[0]):
-                new[name] = n
-        passed_s, self._missing, self._said = now - self._said, lost, now
+            self._lost[name] += bad - before[1] + (0 if said else missing - before[0])
+        self._missing = lost
+        if now < self._said + self._say_s:
+            return
+        passed_s, self._said = now - self._said, now
+        new, self._lost = +self._lost, Counter()
         if new:
             total = sum(c.received + c.missing for c in counts)
             share = min(100.0, 100 * sum(map(sum, lost)) / total)
