@@ -7,10 +7,11 @@ Measure the diagnosis on the package's own simulator, with nuisances on every re
     python -m validation.gap_campaign pairs 20 --out pairs.jsonl
     python -m validation.gap_campaign summary singles.jsonl
 
-Every record: level +-3 dB, noise +-20 %, gain of each channel +-0.02 %, stiffness of each array
+The model declares that it is exact. Every record: level +-3 dB, noise +-20 %, gain of each channel +-0.02 %, stiffness of each array
 +-0.01 %, all uniform. Sizes are in units of d', the deviations by which an oracle would see them.
 """
 import argparse
+from dataclasses import replace
 import json
 import time
 
@@ -30,6 +31,7 @@ from ssi_ros.gap.selection.evidence import Ranked
 from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.gap.spectra.segmentation import make_frame, spectra
 from ssi_ros.model import load_spacecraft
+from ssi_ros.model.uncertainty import EXACT
 from ssi_ros.updating.model_uncertainty import no_uncertainty
 from validation.gap_reference import at_decibel
 
@@ -142,7 +144,7 @@ def closed_by_truth(oracle, samples, effects):
 
 def run(kind, count, out, first, only=()):
     """Write one line of JSON for every case."""
-    oracle = Oracle(load_spacecraft())
+    oracle = Oracle(replace(load_spacecraft(), uncertainty=EXACT))
     names = list(only or applicable(None))
     for case in range(first, first + count):
         rng = np.random.default_rng(1000 * {'null': 1, 'singles': 2, 'pairs': 3}[kind] + case)
