@@ -8,7 +8,8 @@ Measure the diagnosis on the package's own simulator, with nuisances on every re
     python -m validation.gap_campaign summary singles.jsonl
 
 The model declares that it is exact. Every record: level +-3 dB, noise +-20 %, gain of each channel
-+-0.02 %, stiffness of each array +-0.01 %, all uniform. Sizes are in units of d', the deviations by which an oracle would see them.
++-0.02 %, stiffness of each array +-0.01 %, all uniform. Sizes are in units
+of d', the deviations by which an oracle would see them.
 """
 import argparse
 from dataclasses import replace
