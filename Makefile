@@ -26,7 +26,7 @@ test: $(VENV)/.ready  ## all tests: what runs by the clock first, then the rest 
 	@$(BIN)/python -m pytest test -m by_the_clock --numprocesses=2 --dist=loadfile
 	@$(BIN)/python -m pytest test -m 'not by_the_clock and not slow' --numprocesses=logical --maxprocesses=4 --dist=loadfile
 
-test-slow: $(VENV)/.ready  ## an injection of every effect and other long ones, about 5 minutes on two cores
+test-slow: $(VENV)/.ready  ## an injection of every effect and other long ones, about 8 minutes on two cores
 	@$(BIN)/python -m pytest test/gap test/updating test/blindgen -m slow --numprocesses=logical --maxprocesses=4 --dist=worksteal
 
 docs: $(VENV)/.ready  ## make the reference from the code, and the site in build/site

@@ -89,6 +89,7 @@ def test_json_has_the_fixed_schema(spacecraft):
         assert sum(e['share'] for e in plain['where'][kind]) == pytest.approx(1.0, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_an_effect_that_is_not_in_the_list_is_not_blamed_on_another(spacecraft):
     """A softer array, with only sensor effects allowed: unexplained, and the nearest is named."""
     found = diagnose(spacecraft, record(spacecraft, 'array_asymmetry:array=E2,scale=0.95'),

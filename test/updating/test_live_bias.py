@@ -26,6 +26,7 @@ def highest(spacecraft, *texts):
     return max(u.alarm_level for u in live.push(samples.values))
 
 
+@pytest.mark.slow
 def test_what_a_calibration_left_unknown_is_no_alarm(calibrated):
     """A healthy stream is quiet; taken for exact, the same model raises an alarm."""
     taken_for_exact = replace(calibrated, calibration=replace(

@@ -110,6 +110,7 @@ def test_a_gain_is_found_with_a_calibrated_model():
     assert abs(value.value - 1.06) < 4 * value.std < 0.06
 
 
+@pytest.mark.slow
 def test_several_recordings_add_their_scatter():
     """A frequency that differs from day to day is known no better than that."""
     craft = twin().at_errors([v + 0.004 * n.startswith('frequency') for n, v in zip(
@@ -135,6 +136,7 @@ def test_a_fault_of_a_sensor_is_found_beside_errors_of_the_model():
     assert 'sensor_noise' in found.verdict['class']
 
 
+@pytest.mark.slow
 def test_an_error_of_the_model_ties_with_an_effect_that_is_the_same():
     """A stiffness 0.2 % off is nothing that a model of 1 % could show."""
     from ssi_ros.effects import inject, simulate_setup

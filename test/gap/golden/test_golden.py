@@ -5,6 +5,7 @@ import math
 from cases import CASES, path_of
 import pytest
 
+SLOW = 'model_clipping_and_missing', 'model_hinge_friction', 'model_pair'    # 15 s and more each
 PROBABILITY = 0.05      # abs: another optimiser path moves log odds by some 0.1, no more
 GAP = 1e-3              # rel: round-off of another order of sums is far below
 LOG10_P = 0.3           # abs: a factor of 2, as of one more or one less test in a p-value
@@ -69,7 +70,8 @@ def differences(pinned, found):
             yield from parameters(f'candidate {k + 1}', one['parameters'], two['parameters'])
 
 
-@pytest.mark.parametrize('name', CASES)
+@pytest.mark.parametrize('name', [pytest.param(n, marks=[pytest.mark.slow] * (n in SLOW))
+                                  for n in CASES])
 def test_the_diagnosis_is_the_pinned_one(name):
     """Outcome, verdict, gap, candidates with parameters, localisation, number of detections."""
     pinned = json.loads(path_of(name).read_text())
