@@ -18,6 +18,11 @@ class Threshold:
     source: str     # equation, paper, command that calibrated it, or why an engineer chooses it
 
 
+def choice(value, unit, why):
+    """Return a limit that an engineer has chosen."""
+    return Threshold(value, unit, f'engineering choice: {why}')
+
+
 def quantity(default, *, unit='1', low=-math.inf, high=math.inf, doc='', live=True):
     """
     Declare one quantity of a record.

@@ -8,7 +8,7 @@ from ssi_ros.ros.messages import clock_words, status
 RATE_TOLERANCE = 0.02       # a channel whose rate differs by more is at another rate,
 RECEIPT_TOLERANCE = 0.2     # and if it is stamped by receipt, whose times are uneven, by this
 LOST_MOST = 0.5             # share of lost samples that is an error
-DOUBLED_MOST = 0.1          # share of samples with the stamp of another one that is told
+DOUBLED_MOST = 0.1          # share of samples with the stamp of another one that is reported
 
 
 def identifier(node, states, worker, jumps):

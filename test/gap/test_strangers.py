@@ -39,11 +39,11 @@ def test_torques_that_are_not_in_the_library_are_told(part, words):
 
 def test_scores_of_strangers_are_standard_where_the_model_is_right():
     """Each has the mean 0 and the deviation 1, levels projected out; a slow mode's as well."""
-    z, strangers = [], make_change_templates(record(200.0)[1])
+    z, changes = [], make_change_templates(record(200.0)[1])
     for seed in range(12):
         samples, simulator = record(200.0, seed=seed)
         evidence = evidence_of(simulator, samples)
-        scores = score_changes(strangers, fit(simulator, evidence), evidence,
+        scores = score_changes(changes, fit(simulator, evidence), evidence,
                                no_uncertainty(simulator.frame, 4))
         z.append(scores.z)
     z, texts = np.array(z), [s.text for s in scores.effects]

@@ -61,7 +61,7 @@ def test_a_changed_rate_begins_a_grid_at_the_new_one(pieces):
     assert [r.rate_hz for r in rows if r.segment == 0][0] == 100.0
     assert {r.rate_hz for r in rows if r.segment == 1} == {80.0}
     assert len(grid.turns) == 1 and not grid.off_rate(0)
-    # the block of 64 stamps that told it, and the rest of the one before
+    # the block of 64 stamps that showed it, and the rest of the one before
     assert 0 <= grid.turns[0][0] - both[3000] < 128 * 12_500_000
 
 

@@ -24,7 +24,7 @@ def test_a_beam_on_another_support_is_another_structure():
 
 
 def test_a_shock_on_a_vibrating_board_is_an_event_of_the_excitation():
-    """Whatever else differs between two runs, its time is told and nothing but it is named."""
+    """Whatever else differs between two runs, its time is said and nothing but it is named."""
     data = np.load(FOLDER / 'pcb_shock.npz')
     quiet, shock = (Samples(data[f'shock_{s}_vibration_0.3'].astype(float), 1 / 0.000586,
                             ('base', 'board')) for s in ('0.0', '0.3'))

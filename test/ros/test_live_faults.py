@@ -63,7 +63,7 @@ def test_hostile_stamps_are_bounded_and_said_once(bench):
     message, sent = AccelStamped(), [0]
     message.accel.linear.z = 1.0
 
-    def told():
+    def reported():
         """Send 100 more of each."""
         for k in range(sent[0], sent[0] + 100 if sent[0] < 5000 else 0):
             for publisher, stamp in zip(publishers, (START_NS, k * 700 * 10 ** 9, -k - 1)):
@@ -71,7 +71,7 @@ def test_hostile_stamps_are_bounded_and_said_once(bench):
                 publisher.publish(message)
         sent[0] += 100
         return 'of no use' in bench.words('identifier')
-    bench.wait(told)
+    bench.wait(reported)
     for name in 'abcd':
         bench.wait(lambda: status_of(health, f'channel {name}').level == b'\2', what=name)
     assert status_of(health, 'identification').level == b'\2'
