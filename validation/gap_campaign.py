@@ -38,6 +38,10 @@ from validation.gap_reference import at_decibel
 
 SECONDS = 600.0
 DETECTION = (2.0, 4.0, 8.0, 16.0)
+STARTS = 4              # drawn, for one from which a size is found
+ROUNDS = 16             # in which a size is found
+TOLERANCE = 0.08        # of the logarithm of d'
+MOST_ABOVE = 1.5        # of the deviations that are asked for
 SURE = 4.0              # d' from which a diagnosis is asked to be right
 
 
@@ -50,6 +54,7 @@ class Oracle:
         self.frame = make_frame(rows, spacecraft.rate_hz, self.settings)
         self.simulator = Simulator(spacecraft, self.frame, SECONDS)
         samples = simulate_setup(inject(spacecraft, (), SECONDS), 1)
+        self.samples = samples
         self.evidence = Evidence(self.frame, spectra(samples, self.frame),
                                  tuple(range(self.frame.segments)))
         self.nominal = fit(self.simulator, self.evidence)
@@ -93,20 +98,55 @@ def draw(rng, oracle, name, detection):
     if name == 'quantisation':
         return cls(step_m_s2=10 ** rng.uniform(-3.7, -2.7))
     if name == 'saturation':
-        return cls(limit_m_s2=rng.uniform(0.06, 0.1))
+        # each clipped sample is evident by itself: as many as the square of the deviations
+        return cls(limit_m_s2=float(np.sort(np.abs(oracle.samples.values), axis=None)[
+            -round(detection ** 2)]))
     if name == 'dropped_samples':
         return cls(fraction=10 ** rng.uniform(-3, -1.3))
-    low = {k: (v[rng.integers(len(v))] if k == cls.size else _around(rng, v))
-           for k, v in cls.starts.items()}
-    if name in ('hinge_freeplay', 'hinge_friction', 'cubic_stiffness'):
-        return hinge(rng, cls, place, detection)
-    effect = cls(**place, **low)
-    for _ in range(6):
-        ratio = detection / max(oracle.detection(effect), 1e-9)
-        if abs(np.log(ratio)) < 0.02:
-            break
-        effect = at_size(effect, ratio)
-    return effect
+    for _ in range(STARTS):
+        low = {k: (v[rng.integers(len(v))] if k == cls.size else _around(rng, v))
+               for k, v in cls.starts.items()}
+        if name in ('hinge_freeplay', 'hinge_friction', 'cubic_stiffness'):
+            return hinge(rng, cls, place, detection)
+        try:
+            return sized(cls(**place, **low), oracle, detection)
+        except ValueError as error:     # noise that falls cannot fall enough, for one
+            why = error
+    raise why
+
+
+def sized(effect, oracle, detection):
+    """
+    Return an effect at the size that an oracle sees so well; ValueError if there is none.
+
+    Errors of the model take up a small effect and not a large one, with a jump between where modes
+    change places: the least size that is seen as well, and not much better, will do there.
+    """
+    small = large = None            # effects on both sides
+    for _ in range(ROUNDS):
+        found = oracle.detection(effect)
+        ratio = detection / max(found, 1e-9)
+        if abs(np.log(ratio)) < TOLERANCE:
+            return effect
+        if ratio > 1:
+            small = effect
+        else:
+            large, above = effect, found
+        if small and large:
+            share = _size(large) / _size(small)
+            effect = at_size(small, share ** (small.power / 2))
+        else:
+            effect = at_size(effect, ratio)
+    if large and above < MOST_ABOVE * detection:
+        return large
+    raise ValueError(f'{effect.text()} has no size of {detection:g} deviations')
+
+
+def _size(effect):
+    """Return how far the size of an effect is from none."""
+    f = next(f for f in effect.numbers() if f.name == effect.size)
+    value = getattr(effect, f.name)
+    return abs(value - f.default) if np.isfinite(f.default) else value
 
 
 def _around(rng, starts):

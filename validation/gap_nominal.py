@@ -13,7 +13,7 @@ and from record to record. Every craft has one record without effect and CASES w
 in units of d' with the covariance that the nominal leaves.
 """
 import argparse
-from dataclasses import replace
+from dataclasses import dataclass, replace
 import json
 import time
 
@@ -22,15 +22,18 @@ import numpy as np
 from ssi_ros.effects import applicable, inject, simulate_setup
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.driver import diagnose
-from ssi_ros.gap.inference.whittle import BLAS
+from ssi_ros.gap.inference.whittle import BLAS, whiten
+from ssi_ros.gap.spectra.segmentation import Frame
 from ssi_ros.model import load_spacecraft
 from ssi_ros.model.errors import Calibration, declared
 from ssi_ros.model.uncertainty import Uncertainty
 from ssi_ros.updating.calibrate import calibrate
-from ssi_ros.updating.compensation import Compensation
+from ssi_ros.updating.fit import climbed, Recording
 from ssi_ros.updating.prior import error_directions, ErrorPrior, known_by_recordings
+from ssi_ros.updating.slopes import is_plain
 from validation.gap_campaign import draw, Oracle, SECONDS, summary
 
+CLIMB = 10              # steps to the most probable errors
 CASES = 5               # effects a craft
 DETECTION = 8.0         # d' of every effect
 LEVEL_DB = 6.0
@@ -58,16 +61,63 @@ def at_other_levels(spacecraft, rng):
         process_noise_rms=float(e.process_noise_rms * process)))
 
 
-def oracle_of(nominal, prior, kept):
-    """Return what sizes effects: around a nominal, with what it does not know."""
+def oracle_of(nominal, prior):
+    """Return what sizes effects around a nominal known by its recordings."""
     oracle = Oracle(nominal)
-    if kept:        # a wide prior: linear only with the modes kept where the record has them
-        side = oracle.simulator
-        oracle.simulator = side.but(compensation=Compensation(
-            side, prior.names, np.diag(prior.root)))
     levels = np.ones(len(oracle.simulator.expected(Candidate()).names))
     oracle.free = error_directions(oracle.simulator, levels, prior)
     return oracle
+
+
+@dataclass(frozen=True, eq=False)
+class Expectation:
+    """Evidence of a record that has the expected spectrum; see `Evidence`."""
+
+    frame: Frame
+    mean: np.ndarray        # (1, k, l, l)
+    known: int = 0
+
+    def against(self, model):
+        """Return it as a model needs it."""
+        return self.mean, self.frame.segments, model
+
+    @property
+    def segments(self):
+        """Return the segments that count: all."""
+        return self.frame.used
+
+
+class WideOracle(Oracle):
+    """
+    What an effect adds to a record beside a model alone, whose errors are declared and fitted.
+
+    Errors of the model take up most of a small effect, and a linear picture of them fails for a
+    large one. So d' is that of the likelihood ratio of the most probable errors with and without
+    the effect, given the expected spectrum of the truth with it.
+    """
+
+    def __init__(self, truth):
+        super().__init__(truth)
+        self.start = np.array(truth.calibration.values)
+        self.stds, self.shrinkage = declared(truth)[1], None
+
+    def detection(self, effect):
+        """Return d' of an effect."""
+        candidate = Candidate((effect,))
+        now = self.simulator.expected(candidate)
+        if not is_plain(self.simulator, np.ones(len(now.names)), candidate):
+            return super().detection(effect)
+        evidence = Expectation(self.frame, now.at_nominal.mean(axis=0, keepdims=True))
+        recording = Recording(self.simulator, evidence)
+        begin = whiten(evidence.mean, evidence).likelihood - np.sum(
+            np.square(self.start / self.stds)) / 2
+        if self.shrinkage is None:      # of errors that a record does not show: of any effect
+            self.shrinkage = self._climbed(recording, candidate).value - begin
+        without = self._climbed(recording, Candidate()).value
+        return float(np.sqrt(2 * max(begin + self.shrinkage - without, 0.0)))
+
+    def _climbed(self, recording, candidate):
+        return climbed([recording], self.stds, None, self.start, candidate, CLIMB)
 
 
 def crafts(kind, errors, first):
@@ -102,7 +152,8 @@ def run(kind, count, errors, out, first, only=()):
                     side = replace(truth if kind == 'alone' else nominal,
                                    excitation=recorded.excitation)
                     name = names[(CASES * number + case - 1) % len(names)]
-                    effects = [draw(rng, oracle_of(side, prior, kind == 'alone'), name,
+                    effects = [draw(rng, WideOracle(side) if kind == 'alone'
+                                    else oracle_of(side, prior), name,
                                     DETECTION)]
                 samples = simulate_setup(inject(recorded, effects, SECONDS),
                                          80_000 + 10 * number + case)

@@ -88,6 +88,8 @@ class _Place:
         # what a place gave that many steps ago
         self.information = before and before.information
         self.age = before.age + 1 if before else 0
+        # by what errors change the matrices hardly depends on where they are
+        self.changes = before.changes if before else None
         recordings, stds = problem.recordings, problem.stds
         own = len(problem.candidate.point())
         errors = len(x) - own - len(stds)
@@ -127,9 +129,10 @@ class _Place:
     @cached_property
     def plain(self):
         """Return the PlainSlopes of every recording, None where its spectrum is not plain."""
-        known = [p and p.changes for p in self.before.plain] if self.before else repeat(None)
-        return [plain_slopes(side, np.exp(g), self.problem.stds, self.candidate, changes)
-                for side, g, changes in zip(self.sides, self.logs, known)]
+        found = [plain_slopes(side, np.exp(g), self.problem.stds, self.candidate, changes)
+                 for side, g, changes in zip(self.sides, self.logs, self.changes or repeat(None))]
+        self.changes = [p and p.changes for p in found]
+        return found
 
     def score(self):
         """Return the score of the likelihood alone, where all spectra are plain."""
@@ -224,7 +227,7 @@ def fit_errors(spacecraft, samples, names, stds, settings, *, present=(), before
             recordings = [_recording(spacecraft, s, settings, segment_s, (present, recorded))
                           for s in samples]
             last = number == len(schedule) - 1
-            here = _climbed(recordings, stds, *at, LAST_STEPS if last else STAGE_STEPS)
+            here = climbed(recordings, stds, *at, LAST_STEPS if last else STAGE_STEPS)
             if here is not None:            # else the next stage tries from the same place
                 at = here.logs.ravel(), here.unit * stds, here.candidate
             done += 1
@@ -239,8 +242,31 @@ def fit_errors(spacecraft, samples, names, stds, settings, *, present=(), before
                     best.value, best.candidate, of_candidate)
 
 
-def _climbed(recordings, stds, levels, values, candidate, steps):
-    """Return the _Place that a climb from some values ends at, or None; levels may be None."""
+def climbed(recordings, stds, levels, values, candidate, steps):
+    """
+    Climb to the most probable errors, levels and numbers of a candidate.
+
+    Parameters
+    ----------
+    recordings : sequence of Recording
+        Of one spacecraft.
+    stds : ndarray, (m,)
+        Declared deviations of the errors.
+    levels : ndarray or None
+        Logarithms of the levels of all recordings to begin at, 0 if None.
+    values : ndarray, (m,)
+        Errors to begin at, in the units of `Calibration`.
+    candidate : Candidate
+        Effects beside, where their numbers begin.
+    steps : int
+        At most.
+
+    Returns
+    -------
+    Place or None
+        With `value`, the log likelihood with all priors, and `unit`, the errors in deviations.
+
+    """
     there = recordings[0].simulator.expected(candidate)
     count = len(there.names) * len(recordings)
     if levels is None or len(levels) != count:

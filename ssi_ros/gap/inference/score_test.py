@@ -98,7 +98,8 @@ def score(templates, fitted, evidence, uncertainty, here=None):
     raw -= here.mixed @ here.inner @ beside
     if here.modulation:
         # a model that is the same for all segments was compared with their mean alone
-        each = (record if len(record.excess) > 1 else whiten_each(fitted.plain, evidence)).excess
+        each = (record.excess if len(record.excess) > 1
+                else whiten_each(fitted.plain, evidence))
         for i, part in here.modulation.items():
             raw[i] += np.sum(part * each) / evidence.frame.inflation
     return Scores(templates.effects, raw / here.spread, raw / here.spread ** 2, here.spread,

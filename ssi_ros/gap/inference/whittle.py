@@ -86,10 +86,14 @@ def whiten(model, evidence):
 
 
 def whiten_each(model, evidence):
-    """Whiten each segment, also by a model that is the same for all; see `whiten`."""
-    if len(model) == 1:
-        model = np.repeat(model, evidence.frame.segments, axis=0)
-    return whiten(model, evidence)
+    """Return the excess of each segment as in `Whitened`, (n, k l l), by a model (1 or a, ...)."""
+    if len(model) > 1 or evidence.others:
+        return whiten(np.broadcast_to(model, (evidence.frame.segments, *model.shape[1:])),
+                      evidence).excess
+    lower = np.linalg.inv(np.linalg.cholesky(model[0]))
+    # a spectrum is whitened with a sixteenth of the products of its periodograms
+    flat = np.einsum('kij,skj->ski', lower, evidence.spectrum[list(evidence.segments)])
+    return real_vectors(periodograms(flat) - np.eye(model.shape[-1]))
 
 
 def white(lower, change):

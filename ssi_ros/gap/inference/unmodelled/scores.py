@@ -43,7 +43,7 @@ def score_drifts(here, fitted, evidence):
     # out.
     frame, segments = evidence.frame, list(evidence.segments)
     middles = np.array(frame.begins)[segments] + frame.rows / 2
-    each = whiten_each(fitted.plain, evidence).excess
+    each = whiten_each(fitted.plain, evidence)
     levels = here.basis[:len(fitted.levels)]
     apart = here.flat - (here.flat @ levels.T) @ np.linalg.pinv(levels @ levels.T) @ levels
     halves = np.arange(min(SHAPES, len(segments) - 1) + 1)
