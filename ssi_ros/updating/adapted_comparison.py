@@ -3,6 +3,7 @@ from dataclasses import replace
 
 from ssi_ros.gap.comparison import Fit
 from ssi_ros.gap.inference.model_fit import fit
+from ssi_ros.gap.inference.score_test import make_templates
 from ssi_ros.gap.nominal.model_answer import fit_of
 from ssi_ros.gap.nominal.model_comparison import FIRST_STEPS, ModelComparison
 from ssi_ros.updating.adapt import Adapted, beside
@@ -23,7 +24,7 @@ class AdaptedComparison(ModelComparison):
     moved = True
 
     def __init__(self, simulator, adapted: Adapted, record, settings, effects, progress):
-        self.bare, self._sides = simulator, {}
+        self.bare, self._sides, self._templates = simulator, {}, {}
         super().__init__(adapted.simulator, record, settings, effects, adapted.fit.levels[0],
                          progress, adapted.prior)
         self.occam = adapted.fit.occam
@@ -32,6 +33,18 @@ class AdaptedComparison(ModelComparison):
     def side(self, fit):
         """Return the Side that a fit stands on."""
         return self._sides.get(id(fit.state), (None, self.here))[1]
+
+    def templates_of(self, fit):
+        """Return the templates around the errors that a fit stands at."""
+        side = self.side(fit)
+        if side is self.here:
+            return self.templates
+        if id(side) not in self._templates:
+            # what errors take back of an effect depends on where they are
+            found = make_templates(side.simulator, self.templates.effects)
+            self._templates[id(side)] = (
+                found if found.effects == self.templates.effects else self.templates)
+        return self._templates[id(side)]
 
     def _fit(self, candidate, start, fold, thorough):
         if fold is None and candidate.effects:

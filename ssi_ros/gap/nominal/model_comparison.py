@@ -76,6 +76,10 @@ class ModelComparison(Comparison):
         """Return the Side that a fit stands on."""
         return self.here
 
+    def templates_of(self, fit):
+        """Return the templates that scores around a fit are taken of."""
+        return self.templates
+
     def _fit(self, candidate, start, fold, thorough):
         start = start or self.null
         side, levels, spectra = self.side(start), start.levels, self.record.spectra
@@ -118,7 +122,8 @@ class ModelComparison(Comparison):
 
     def score_test(self, fit):
         """Score all effects at once around a fit."""
-        found = score(self.templates, fit.state, self.record.spectra, self.side(fit).uncertainty)
+        found = score(self.templates_of(fit), fit.state, self.record.spectra,
+                      self.side(fit).uncertainty)
         return answer.score_test_of(found, self.scatter.scores, self.moved)
 
     @cached_property
@@ -154,7 +159,8 @@ class ModelComparison(Comparison):
         """Return what a fit leaves of records that it simulates."""
         side = self.side(fit)
         return bootstrap_floor(side.simulator, fit.state, self._estimate(fit), BootstrapTests(
-            self.templates, self.unmodelled, side.uncertainty, self.settings, detections, odd))
+            self.templates_of(fit), self.unmodelled, side.uncertainty, self.settings,
+            detections, odd))
 
     def _estimate(self, fit):
         """Return the indirect-inference estimate of a fit."""
