@@ -5,9 +5,12 @@ from ssi_ros.gap.comparison import Fit
 from ssi_ros.gap.inference.model_fit import fit
 from ssi_ros.gap.inference.score_test import make_templates
 from ssi_ros.gap.nominal.model_answer import fit_of
-from ssi_ros.gap.nominal.model_comparison import FIRST_STEPS, ModelComparison
+from ssi_ros.gap.nominal.model_comparison import ModelComparison
 from ssi_ros.updating.adapt import Adapted, beside
 from ssi_ros.updating.prior import stand
+
+ROUNDS = 4              # of twenty steps, for the best candidates
+LEAST_GAIN = 0.1        # nats, of one round
 
 
 class AdaptedComparison(ModelComparison):
@@ -49,12 +52,21 @@ class AdaptedComparison(ModelComparison):
     def _fit(self, candidate, start, fold, thorough):
         if fold is None and candidate.effects:
             if start and start.candidate == candidate and id(start.state) in self._sides:
-                return start            # it is there already
+                return self._finished(start) if thorough else start     # it is there already
             found = self._together(candidate, start or self.null)
             if found is not None:
                 return found
         found = super()._fit(candidate, start, fold, thorough)
         return found and self._standing(found, self.side(start or self.null))
+
+    def _finished(self, found):
+        """Return a fit that more steps do not raise: along a ridge they are short."""
+        for _ in range(ROUNDS):
+            more = self._together(found.candidate, found)
+            if more is None or more.log_likelihood < found.log_likelihood + LEAST_GAIN:
+                break
+            found = more
+        return found
 
     def _standing(self, found, side):
         """Return a fit, its side kept."""
@@ -70,6 +82,8 @@ class AdaptedComparison(ModelComparison):
         simulator, levels = adapted.simulator.but(compensation=None), adapted.fit.levels[0]
         side = stand(simulator, adapted.prior, levels, self.settings, adapted.fit.candidate,
                      occam=adapted.fit.occam - self.occam, adapted=adapted)
-        found = fit_of(fit(simulator, self.record.spectra, adapted.fit.candidate, levels,
-                           FIRST_STEPS, side.uncertainty), side)
-        return found and self._standing(found, side)
+        # it is at its best: steps with linear errors would only lead away from it
+        found = fit(simulator, self.record.spectra, adapted.fit.candidate, levels, 0,
+                    side.uncertainty)
+        return found and self._standing(fit_of(replace(
+            found, covariance=adapted.fit.of_candidate), side), side)
