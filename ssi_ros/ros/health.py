@@ -123,7 +123,8 @@ def _identification(node, states, worker, jumps):
     last = worker.last
     level, text = 'ok', f'window {100.0 * fill:.0f} % full'
     if last is not None and last.reason:
-        level, text = 'warn', last.reason
+        level = 'warn'
+        text = f'{len(last.modes)} modes; {last.reason}' if last.modes else last.reason
     elif last is not None:
         text = f'{len(last.modes)} modes'
     if quiet := useless_words(states):
