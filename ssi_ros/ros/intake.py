@@ -10,6 +10,7 @@ import time
 
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from ssi_ros.identify.grid import Grid
+from ssi_ros.identify.stamps import ChannelCount
 from ssi_ros.ros.arrivals import ChannelState, Lately, Silence
 from ssi_ros.ros.channels import channel_sources
 from ssi_ros.ros.messages import clock_words
@@ -48,7 +49,7 @@ class Intake:
         self.names = [s.name for s in self.sources]
         for source in self.sources:
             source.resolved = node.resolve_topic_name(source.topic)
-        self.began = time.monotonic()
+        self.began, self.grid = time.monotonic(), None
         self._pending = {s.topic: deque() for s in self.sources}
         self._gate = threading.Event()
         self._silences = {s.topic: Silence() for s in self.sources}
@@ -63,7 +64,11 @@ class Intake:
         """Begin a new grid with the next sample."""
         for pending in self._pending.values():
             pending.clear()
+        self._before = [ChannelCount()] * len(self.sources)     # of grids that were given up
+        self._missing, self._lost = [(0, 0)] * len(self.sources), Counter()
+        self._lately = Lately()
         self._restart()
+        self._lately.keep(self.counts)
         self.clock_jumps, self.fault, self._quiet = 0, '', set()
         self._said = self._kept = self._looked = time.monotonic()
         self._say_s = SAY_S
@@ -72,12 +77,15 @@ class Intake:
 
     def _restart(self):
         """Begin a new grid."""
+        segment = -1 if self.grid is None else self.grid.segment
         self.grid = Grid(self.names, self.rate_hz, self.settings.lateness_s)
-        self._jumps, self._turns, self._segment = 0, 0, None
-        self._missing, self._off = [(0, 0)] * len(self.sources), set()
-        self._lost = Counter()
-        self._lately = Lately()
-        self._lately.keep(self.grid.counts)
+        self.grid.segment = segment + 1         # so that whoever takes its rows begins anew too
+        self._jumps, self._turns, self._segment, self._off = 0, 0, None, set()
+
+    @property
+    def counts(self):
+        """Return what every channel has brought since the activation, a list of ChannelCount."""
+        return [before.plus(now) for before, now in zip(self._before, self.grid.counts)]
 
     def open(self):     # noqa: A003
         """Let the samples in."""
@@ -101,10 +109,10 @@ class Intake:
 
     def states(self):
         """Return the ChannelState of every channel."""
-        up_s, out = time.monotonic() - self.began, []
+        up_s, counts, out = time.monotonic() - self.began, self.counts, []
         for i, source in enumerate(self.sources):
             offers = self.node.get_publishers_info_by_topic(source.resolved)
-            silence, count = self._silences[source.topic], self.grid.counts[i]
+            silence, count = self._silences[source.topic], counts[i]
             out.append(ChannelState(
                 source, len(offers), tuple({o.topic_type for o in offers} - {source.type}), count,
                 self._lately.since(i, count), silence.idle_s if silence.silent else 0.0,
@@ -130,7 +138,7 @@ class Intake:
             self._fail(error)
         if now >= self._kept + 1.0:
             self._kept = now
-            self._lately.keep(self.grid.counts)
+            self._lately.keep(self.counts)
         self._report_silence()
         self._report_missing(now)
         self._report_turns()
@@ -156,6 +164,8 @@ class Intake:
         if str(error) != self.fault:
             self.node.get_logger().error(f'{error}; the window begins anew')
         self.fault = str(error)
+        # what waited for its place in this grid finds none any more
+        self._before = [c.given_up() for c in self.counts]
         self._restart()
 
     def _report_silence(self):
@@ -194,7 +204,7 @@ class Intake:
         """Say which samples are missing since the last time, ever less often."""
         # rows that a channel does not fill while it is silent, or at another rate, are reported
         # as that
-        counts = self.grid.counts
+        counts = self.counts
         lost = [(c.missing, c.late + c.bad_stamps + c.not_finite) for c in counts]
         for i, (name, (missing, bad), before) in enumerate(zip(self.names, lost, self._missing)):
             said = name in self._quiet or i in self._off or not counts[i].received
