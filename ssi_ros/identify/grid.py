@@ -84,6 +84,21 @@ class Grid:
         """Return whether a channel comes at another rate, so that its samples are left out."""
         return self._paces[channel].off
 
+    def offsets(self):
+        """
+        Return how much later than the first channel each is sampled, from its first stamps.
+
+        Returns
+        -------
+        ndarray, shape (l,)
+            In samples, -0.5 to 0.5; NaN where it is not known yet.
+
+        """
+        at = [None if p is None else p.settled_ns for p in self._phases]
+        first = next((a for a in at if a is not None), None)
+        ticks = np.array([np.nan if a is None else (a - first) * 1e-9 * self.rate_hz for a in at])
+        return ticks - np.rint(ticks)
+
     def _begin(self):
         self._before_hz, self.rate_hz = self.rate_hz, self.given_rate_hz
         # at a given rate a channel that does not fit stays one; else the rate is found anew

@@ -105,6 +105,7 @@ class Phase:
 
     def __init__(self, phase_ns):
         self.phase_ns = phase_ns
+        self.settled_ns = None          # after the first PHASE_SAMPLES, so of the stamps alone
         self.residuals = []
         self.collected = 0
 
@@ -122,6 +123,8 @@ class Phase:
             if self.collected == PHASE_SAMPLES:
                 self.phase_ns += float(np.median(np.concatenate(self.residuals))) * dt
                 self.residuals, self.collected = [], 0
+                if self.settled_ns is None:
+                    self.settled_ns = self.phase_ns
         return out
 
 
