@@ -41,8 +41,8 @@ def main(seconds=1800.0, seeds=1):
     craft = load_spacecraft()
     settings = replace(LiveSettings(), false_alarm_every_s=86400.0)
     model = prepare(craft, settings)
-    print('| lost | hops measured | alarms | highest alarm level (0 raises) | mean deviations [sd] '
-          '| reason of the last result |\n' + '|---' * 6 + '|', flush=True)
+    print('| lost | hops measured | alarms | highest alarm level (0 raises) '
+          '| mean deviations [sd] | reason of the last result |\n' + '|---' * 6 + '|', flush=True)
     for share, length_s, where in CASES:
         used, hops, alarms, level, deviations, last = 0, 0, 0, -np.inf, [], ''
         for seed in range(SEED, SEED + int(seeds)):

@@ -94,10 +94,18 @@ class Grid:
             In samples, -0.5 to 0.5; NaN where it is not known yet.
 
         """
-        at = [None if p is None else p.settled_ns for p in self._phases]
-        first = next((a for a in at if a is not None), None)
-        ticks = np.array([np.nan if a is None else (a - first) * 1e-9 * self.rate_hz for a in at])
+        ticks = self._beside('settled_ns')
         return ticks - np.rint(ticks)
+
+    def drifts(self):
+        """Return by how much each offset has changed since, shape (l,) [samples]."""
+        return self._beside('phase_ns') - self._beside('settled_ns')
+
+    def _beside(self, name):
+        at = [np.nan if p is None or p.settled_ns is None else getattr(p, name)
+              for p in self._phases]
+        known = [a for a in at if not np.isnan(a)]
+        return (np.array(at) - (known[0] if known else np.nan)) * 1e-9 * self.rate_hz
 
     def _begin(self):
         self._before_hz, self.rate_hz = self.rate_hz, self.given_rate_hz

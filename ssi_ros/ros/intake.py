@@ -8,10 +8,14 @@ from collections import Counter, deque
 import threading
 import time
 
+import numpy as np
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
+from ssi_ros.identify.aligned import Aligned
 from ssi_ros.identify.grid import Grid
+from ssi_ros.identify.offsets import DRIFTS, LARGE
 from ssi_ros.identify.stamps import ChannelCount
 from ssi_ros.ros.arrivals import ChannelState, Lately, Silence
+from ssi_ros.ros.beside import apart_words, beside_words
 from ssi_ros.ros.channels import channel_sources
 from ssi_ros.ros.messages import clock_words
 
@@ -35,6 +39,8 @@ class Intake:
         Rate of the grid [Hz], 0 estimates it.
     take : callable
         Called with each `Rows`, in the executor's thread.
+    together : bool
+        Whether channels that are sampled beside the first one are moved to its instants.
 
     Raises
     ------
@@ -43,7 +49,8 @@ class Intake:
 
     """
 
-    def __init__(self, node, settings, rate_hz, take):
+    def __init__(self, node, settings, rate_hz, take, together=False):
+        self.together = together
         self.node, self.settings, self.rate_hz, self.take = node, settings, rate_hz, take
         self.sources = channel_sources(settings)
         self.names = [s.name for s in self.sources]
@@ -81,6 +88,7 @@ class Intake:
         self.grid = Grid(self.names, self.rate_hz, self.settings.lateness_s)
         self.grid.segment = segment + 1         # so that whoever takes its rows begins anew too
         self._jumps, self._turns, self._segment, self._off = 0, 0, None, set()
+        self._aligned, self._beside, self._apart = Aligned(), None, set()
 
     @property
     def counts(self):
@@ -110,13 +118,15 @@ class Intake:
     def states(self):
         """Return the ChannelState of every channel."""
         up_s, counts, out = time.monotonic() - self.began, self.counts, []
+        offsets = self.grid.offsets() / (self.grid.rate_hz or 1.0)
         for i, source in enumerate(self.sources):
             offers = self.node.get_publishers_info_by_topic(source.resolved)
             silence, count = self._silences[source.topic], counts[i]
             out.append(ChannelState(
                 source, len(offers), tuple({o.topic_type for o in offers} - {source.type}), count,
                 self._lately.since(i, count), silence.idle_s if silence.silent else 0.0,
-                self.grid.off_rate(i), self.grid.rate_hz, up_s))
+                self.grid.off_rate(i), self.grid.rate_hz, up_s, source.name in self._apart,
+                float(offsets[i])))
         return out
 
     def _collector(self, topic):
@@ -142,6 +152,7 @@ class Intake:
         self._report_silence()
         self._report_missing(now)
         self._report_turns()
+        self._report_offsets()
 
     def _read(self):
         """Read the raw bytes into rows and hand them on."""
@@ -157,7 +168,9 @@ class Intake:
             if rows.segment != self._segment:
                 self._segment = rows.segment
                 self.node.get_logger().info(self.node.watching(rows), throttle_duration_sec=5.0)
-            self.take(rows)
+            for part in (self._aligned.push(rows, self.grid.offsets()) if self.together
+                         else (rows,)):
+                self.take(part)
 
     def _fail(self, error):
         """Begin a new grid; the sentence is said once."""
@@ -199,6 +212,25 @@ class Intake:
                 f'{self.names[i]} comes at {self.grid.counts[i].rate_hz:.2f} Hz, the grid is at '
                 f'{self.grid.rate_hz:.2f} Hz: its samples are left out', throttle_duration_sec=5.0)
         self._off = off
+
+    def _report_offsets(self):
+        """Say once a segment which channels are sampled beside the first one."""
+        offsets, rate_hz = self.grid.offsets(), self.grid.rate_hz
+        if self._beside != self._segment and not np.isnan(offsets).any():
+            self._beside = self._segment
+            for name, offset in zip(self.names, offsets):
+                if abs(offset) > LARGE:
+                    self.node.get_logger().warning(
+                        beside_words(name, self.names[0], offset / rate_hz, self.together))
+        apart = {n for n, d in zip(self.names, self.grid.drifts()) if abs(d) > DRIFTS}
+        for name in sorted(apart - self._apart):
+            self.node.get_logger().warning(apart_words([name], self.names[0]),
+                                           throttle_duration_sec=60.0)
+        self._apart = apart
+
+    def apart_words(self):
+        """Return why nothing can be said of clocks that run apart, empty where they do not."""
+        return apart_words(self._apart, self.names[0])
 
     def _report_missing(self, now):
         """Say which samples are missing since the last time, ever less often."""

@@ -145,3 +145,19 @@ def test_a_grid_given_up_forgets_no_loss(bench):
     bench.wait(lambda: windows and windows[-1].end_ns > later)
     assert windows[-1].start_ns > START_NS + 10 ** 10       # not the window of the first grid
     assert 'Traceback' not in bench.words('identifier')
+
+
+def test_a_clock_that_runs_away_is_an_error(bench):
+    """Within 0.1 % of the rate, but half a sample apart after 10 s: the channel is named."""
+    _, health = identifier(bench)
+    sender = Sender(bench, names=('a',)), Sender(bench, names=('b',))
+    for s in sender:
+        s.heard()
+    rows = resonance(3000)
+    fast = START_NS + np.arange(3000, dtype=np.int64) * 9_997_000
+    for k in range(0, 3000, 100):
+        sender[0].send(rows[k:k + 100, :1], grid(3000)[k:k + 100])
+        sender[1].send(rows[k:k + 100, 1:], fast[k:k + 100])
+    bench.wait(lambda: 'the clock of b runs away from that of a' in bench.words('identifier'))
+    bench.wait(said(health, 'channel b', 'its clock runs away'))
+    assert status_of(health, 'channel b').level == b'\2'
