@@ -123,7 +123,10 @@ def _read(path, channels, inputs, progress):
     from ssi_ros.cli._options import warn
     bag, taken = open_bag(path), {(c.topic, c.field) for c in inputs}
     warn(bag.warnings)
-    channels = find_channels(bag) if channels is None else channels
+    if channels is None:
+        channels = find_channels(bag)
+        silent = [t.name for t in bag.topics if t.type == channels[0].type and not t.count]
+        warn([f'{name} has no message and is left out' for name in silent])
     channels = [c for c in channels if (c.topic, c.field) not in taken]
     return read_channels(bag, [*channels, *inputs], progress)
 

@@ -84,6 +84,29 @@ class Grid:
         """Return whether a channel comes at another rate, so that its samples are left out."""
         return self._paces[channel].off
 
+    def offsets(self):
+        """
+        Return how much later than the first channel each is sampled, from its first stamps.
+
+        Returns
+        -------
+        ndarray, shape (l,)
+            In samples, -0.5 to 0.5; NaN where it is not known yet.
+
+        """
+        ticks = self._beside('settled_ns')
+        return ticks - np.rint(ticks)
+
+    def drifts(self):
+        """Return by how much each offset has changed since, shape (l,) [samples]."""
+        return self._beside('phase_ns') - self._beside('settled_ns')
+
+    def _beside(self, name):
+        at = [np.nan if p is None or p.settled_ns is None else getattr(p, name)
+              for p in self._phases]
+        known = [a for a in at if not np.isnan(a)]
+        return (np.array(at) - (known[0] if known else np.nan)) * 1e-9 * self.rate_hz
+
     def _begin(self):
         self._before_hz, self.rate_hz = self.rate_hz, self.given_rate_hz
         # at a given rate a channel that does not fit stays one; else the rate is found anew

@@ -15,6 +15,7 @@ from ssi_ros.identify.families import judge_families
 from ssi_ros.identify.harmonics import label, look
 from ssi_ros.identify.lags import BLOCKS, Ring
 from ssi_ros.identify.methods import Method, realise
+from ssi_ros.identify.missing import Gaps
 from ssi_ros.identify.modes import band_modes
 from ssi_ros.identify.settings import Identification
 from ssi_ros.identify.shapes import mac
@@ -91,7 +92,7 @@ class Monitor:
         self.kept = [Window(count, len(self.channels)) for _ in self.bands]
         self.driven = [Window(count, len(method.inputs)) for _ in self.bands]
         self.waiting = np.empty((0, width))
-        self.offset, self.wild = None, 0
+        self.offset, self.wild, self.gaps = None, 0, Gaps(count)
         self.taken = 0                     # whole pieces taken in
         self.tracks, self.heard = Tracks(), {}
 
@@ -151,6 +152,7 @@ class Monitor:
         usable = np.abs(rows) < WILD           # a NaN is not
         self.wild += int(np.count_nonzero(~usable & ~np.isnan(rows)))
         rows = np.where(usable, rows, np.nan)
+        self.gaps.push(~usable[:, :len(self.channels)])
         if self.offset is None:
             # a large constant would cost digits; a median, or one wild sample of the beginning
             # would stay in every later row
@@ -183,7 +185,8 @@ class Monitor:
                                  self.channels, self._row(filled) / self.settings.decimation)
         wild = (f'{self.wild} samples beyond {WILD:g} were treated as missing' if self.wild
                 else '')
-        reason = '; '.join(filter(None, (reason, why, wild)))
+        reason = '; '.join(filter(None, (
+            reason, self.gaps.words(self.channels, self.rate_hz), why, wild)))
         powers = [part_powers(kept.powers, len(self.channels)) for kept in self.kept]
         uneven = unevenness(powers[0]) if live.any() else ''
         held = effective_share(self.kept[0].powers) if uneven else 1.0

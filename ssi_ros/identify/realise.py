@@ -12,6 +12,7 @@ from ssi_ros.identify.eigen import output_eigen
 
 RIDGE = 1e-9        # of the mean variance: keeps the Cholesky factor of noise-free data alive
 RIDGES = (1e-9, 1e-7, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1.0)
+TOGETHER = 0.1      # of the most pairs of samples that every lag of two channels must have
 RANK = 1e-7         # singular values below this share of the largest are rounding
 
 
@@ -138,7 +139,7 @@ def missing_noise(covariances, rows):
     return float(np.sqrt(2.0 * size * (1.0 / present ** 2 - 1.0) / own[0].min()))
 
 
-def _square_root(values, rows, lift):
+def _square_root(values, rows, lift, pairs=None):
     """Return W with W W^T = covariance of i successive samples, eq. (46)."""
     weight = toeplitz(values, rows, 0)
     unit = np.trace(weight) / len(weight)
@@ -147,10 +148,18 @@ def _square_root(values, rows, lift):
         return w
     # short records of slow modes: the estimate is not positive definite, so it is smoothed by a
     # triangular lag window, and lifted as little as it takes; any weight leaves the poles right
-    fade = 1.0 - np.arange(len(values)) / len(values)
-    weight = toeplitz(values * fade[:, None, None], rows, 0)
+    fade = (1.0 - np.arange(len(values)) / len(values))[:, None, None]
+    if pairs is not None:
+        if pairs.min() < TOGETHER * pairs.max():
+            raise np.linalg.LinAlgError('too few samples of the channels are there at the same '
+                                        'times: the covariances of the window are not positive '
+                                        'definite')
+        # sums over the pairs that are there, over one number: the covariances of the record with
+        # zeros where a sample is missing, which are positive but for the ends
+        fade = fade * pairs / pairs.max()
+    weight = toeplitz(values * fade, rows, 0)
     for ridge in RIDGES:
-        w = _cholesky(weight, ridge * unit)
+        w = _cholesky(weight, (ridge + lift) * unit)
         if w is not None:
             return w
     raise np.linalg.LinAlgError('the covariances of the window are not positive definite')
@@ -191,16 +200,17 @@ def factorise(covariances, rows, rank, weighting='cva', spreads=True):
         If the covariances of the window are not positive definite.
 
     """
-    t, w = weighted(covariances.values, rows, weighting, missing_noise(covariances, rows))
+    t, w = weighted(covariances.values, rows, weighting, missing_noise(covariances, rows),
+                    covariances.pairs)
     u, s, v = decompose(whiten(t, w), rank)
     return factors_of(u, s, v if spreads else None, w, covariances.values.shape[1])
 
 
-def weighted(values, rows, weighting, lift=0.0):
+def weighted(values, rows, weighting, lift=0.0, pairs=None):
     """Return T, eq. (45), and the lower triangular W of its weight, eq. (46); None is W = I."""
     t = toeplitz(values, rows, rows)
     if weighting == 'cva':
-        return t, _square_root(values, rows, lift)
+        return t, _square_root(values, rows, lift, pairs)
     if weighting == 'upc':
         return t, None
     raise ValueError(f'weighting={weighting!r} is not known; known: cva, upc')

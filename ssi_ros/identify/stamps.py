@@ -1,5 +1,5 @@
 """The stamps of one channel: samples that wait, its phase, its rate; batches of several."""
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -23,6 +23,21 @@ class ChannelCount:
     off_rate: int = 0
     rate_hz: float = float('nan')
     longest_gap_s: float = 0.0
+
+    def plus(self, later):
+        """Return this count and that of a later grid together."""
+        numbers = {name: getattr(self, name) + getattr(later, name) for name in NUMBERS}
+        return ChannelCount(**numbers, rate_hz=later.rate_hz,
+                            longest_gap_s=max(self.longest_gap_s, later.longest_gap_s))
+
+    def given_up(self):
+        """Return the count where what still waited for its place counts as badly stamped."""
+        waited = self.received - (self.placed + self.duplicates + self.late + self.not_finite
+                                  + self.bad_stamps + self.off_rate)
+        return replace(self, bad_stamps=self.bad_stamps + max(0, waited))
+
+
+NUMBERS = tuple(f.name for f in fields(ChannelCount) if isinstance(f.default, int))
 
 
 def batches(arrivals_ns, span_ns):
@@ -90,6 +105,7 @@ class Phase:
 
     def __init__(self, phase_ns):
         self.phase_ns = phase_ns
+        self.settled_ns = None          # after the first PHASE_SAMPLES, so of the stamps alone
         self.residuals = []
         self.collected = 0
 
@@ -107,6 +123,8 @@ class Phase:
             if self.collected == PHASE_SAMPLES:
                 self.phase_ns += float(np.median(np.concatenate(self.residuals))) * dt
                 self.residuals, self.collected = [], 0
+                if self.settled_ns is None:
+                    self.settled_ns = self.phase_ns
         return out
 
 

@@ -63,9 +63,10 @@ def usable(ring, covariances, offset, names, rows):
                 break
     absent, block_of = ring.absent()
     gone = absent.mean(axis=0)
+    best = _together(absent, live & (gone <= STILL_MAX))
     words += [f'channel {names[k]} is missing or stands still in {100 * gone[k]:.0f} % of the '
-              'window' for k in np.flatnonzero(live & (gone > STILL_MAX))]
-    live &= gone <= STILL_MAX
+              'window and is left out' for k in np.flatnonzero(live & ~best)]
+    live = best
     keep = ~absent[:, live].any(axis=1)[block_of]
     if keep.all() or keep.mean() < HOPS_MIN:
         keep = None
@@ -73,3 +74,15 @@ def usable(ring, covariances, offset, names, rows):
         words.append(f'{100 * (1 - keep.mean()):.0f} % of the window, where a channel is missing '
                      'or stands still, is left out')
     return live, keep, '; '.join(words)
+
+
+def _together(absent, live):
+    """Return the channels that hold most together: channels times blocks that have them all."""
+    order = np.argsort(absent.mean(axis=0), kind='stable')
+    order = order[live[order]]
+    worth = [k * np.mean(~absent[:, order[:k]].any(axis=1)) for k in range(1, len(order) + 1)]
+    out = np.zeros_like(live)
+    if len(order):
+        # of equals the larger set: shapes have more components
+        out[order[:len(order) - int(np.argmax(worth[::-1]))]] = True
+    return out

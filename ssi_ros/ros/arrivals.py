@@ -52,6 +52,8 @@ class ChannelState:
     off_rate: bool
     grid_rate_hz: float
     up_s: float
+    runs_away: bool = False     # its clock from that of the first channel
+    offset_s: float = 0.0       # sampled so much later than the first channel
 
     @property
     def lost(self):

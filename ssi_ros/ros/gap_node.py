@@ -49,7 +49,7 @@ class GapNode(StageNode):
         self._spacecraft, self._present = load_configuration(task.model or None)
         self._diagnosis = load_settings(task.diagnosis or None)
         self._effects = tuple(effect_class(e).name for e in task.effects if e) or None
-        self._intake = Intake(self, source, self._spacecraft.rate_hz, self._take)
+        self._intake = Intake(self, source, self._spacecraft.rate_hz, self._take, together=True)
         names = [n.rsplit('/', 1)[-1] for n in self._intake.names]
         order_of(self._spacecraft, names)
         self._numbers = {n: self._advertise(Float64, f'~/{n}', 100)
@@ -156,7 +156,8 @@ class GapNode(StageNode):
                    'be on ~/diagnosis')
         elif record is None:
             why = 'no samples yet: is the simulator or the player running?'
-        elif why := refusal(record, self.settings[2].missing_share):
+        elif why := self._intake.apart_words() or refusal(
+                record, self.settings[1].diagnosis_missing_share):
             self.get_logger().warning(why)
         else:
             self._waiting.append((response, header))

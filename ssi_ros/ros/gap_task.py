@@ -17,6 +17,9 @@ class GapTask:
                               'config/diagnosis.yaml; empty = the defaults')
     effects: tuple = quantity(('',), live=False, doc='effects to consider, by name; an empty '
                               'entry stands for the whole library')
+    diagnosis_missing_share: float = quantity(
+        0.1, low=0.0, high=0.5,
+        doc='~/diagnose is refused where a channel lacks more of its samples')
     pairs: bool = quantity(True, live=False, doc='let ~/diagnose look for two effects at once')
 
 
@@ -44,4 +47,5 @@ def refusal(record, most):
         return ''
     return (f'no diagnosis: channel {record.channels[int(shares.argmax())]} lacks '
             f'{100 * shares.max():.0f} % of its samples of the last {record.duration_s:.0f} s, '
-            f'more than missing_share={most:g}; mend the link or wait until the gap has passed')
+            f'more than diagnosis_missing_share={most:g}; mend the link or wait until the gap has '
+            'passed')

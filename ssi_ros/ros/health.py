@@ -28,7 +28,7 @@ def channel(node, state):
         duplicates=count.duplicates, out_of_order=count.out_of_order,
         not_finite=count.not_finite, bad_stamps=count.bad_stamps, off_rate=count.off_rate,
         unreadable=source.unreadable, longest_gap_s=float(count.longest_gap_s),
-        publishers=state.publishers)
+        publishers=state.publishers, offset_s=state.offset_s)
 
 
 def _judged(state):
@@ -80,6 +80,8 @@ def _fault(state):
     if grid and abs(rate / grid - 1.0) > tolerance:
         return 'error', (f'arrives at {rate:.2f} Hz, the grid is at {grid:.2f} Hz: windows of it '
                          'are refused')
+    if state.runs_away:
+        return 'error', 'its clock runs away from that of the first channel'
     if state.doubled > DOUBLED_MOST:
         return ('error' if state.doubled > LOST_MOST else 'warn',
                 f'{100 * state.doubled:.3g} % of the samples have the stamp of another one')
@@ -123,7 +125,8 @@ def _identification(node, states, worker, jumps):
     last = worker.last
     level, text = 'ok', f'window {100.0 * fill:.0f} % full'
     if last is not None and last.reason:
-        level, text = 'warn', last.reason
+        level = 'warn'
+        text = f'{len(last.modes)} modes; {last.reason}' if last.modes else last.reason
     elif last is not None:
         text = f'{len(last.modes)} modes'
     if quiet := useless_words(states):

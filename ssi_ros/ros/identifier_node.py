@@ -77,7 +77,7 @@ class IdentifierNode(StageNode):
             self._intake.release()
         if self._worker is not None:
             self._worker.stop()
-            counts = self._worker.grid.counts
+            counts = self._intake.counts
             self.get_logger().info(
                 f'{self._worker.computed} windows; samples received '
                 f'{[c.received for c in counts]}, missing {[c.missing for c in counts]}')

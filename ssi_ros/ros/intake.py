@@ -8,9 +8,14 @@ from collections import Counter, deque
 import threading
 import time
 
+import numpy as np
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
+from ssi_ros.identify.aligned import Aligned
 from ssi_ros.identify.grid import Grid
+from ssi_ros.identify.offsets import DRIFTS, LARGE
+from ssi_ros.identify.stamps import ChannelCount
 from ssi_ros.ros.arrivals import ChannelState, Lately, Silence
+from ssi_ros.ros.beside import apart_words, beside_words
 from ssi_ros.ros.channels import channel_sources
 from ssi_ros.ros.messages import clock_words
 
@@ -34,6 +39,8 @@ class Intake:
         Rate of the grid [Hz], 0 estimates it.
     take : callable
         Called with each `Rows`, in the executor's thread.
+    together : bool
+        Whether channels that are sampled beside the first one are moved to its instants.
 
     Raises
     ------
@@ -42,13 +49,14 @@ class Intake:
 
     """
 
-    def __init__(self, node, settings, rate_hz, take):
+    def __init__(self, node, settings, rate_hz, take, together=False):
+        self.together = together
         self.node, self.settings, self.rate_hz, self.take = node, settings, rate_hz, take
         self.sources = channel_sources(settings)
         self.names = [s.name for s in self.sources]
         for source in self.sources:
             source.resolved = node.resolve_topic_name(source.topic)
-        self.began = time.monotonic()
+        self.began, self.grid = time.monotonic(), None
         self._pending = {s.topic: deque() for s in self.sources}
         self._gate = threading.Event()
         self._silences = {s.topic: Silence() for s in self.sources}
@@ -63,7 +71,11 @@ class Intake:
         """Begin a new grid with the next sample."""
         for pending in self._pending.values():
             pending.clear()
+        self._before = [ChannelCount()] * len(self.sources)     # of grids that were given up
+        self._missing, self._lost = [(0, 0)] * len(self.sources), Counter()
+        self._lately = Lately()
         self._restart()
+        self._lately.keep(self.counts)
         self.clock_jumps, self.fault, self._quiet = 0, '', set()
         self._said = self._kept = self._looked = time.monotonic()
         self._say_s = SAY_S
@@ -72,12 +84,16 @@ class Intake:
 
     def _restart(self):
         """Begin a new grid."""
+        segment = -1 if self.grid is None else self.grid.segment
         self.grid = Grid(self.names, self.rate_hz, self.settings.lateness_s)
-        self._jumps, self._turns, self._segment = 0, 0, None
-        self._missing, self._off = [(0, 0)] * len(self.sources), set()
-        self._lost = Counter()
-        self._lately = Lately()
-        self._lately.keep(self.grid.counts)
+        self.grid.segment = segment + 1         # so that whoever takes its rows begins anew too
+        self._jumps, self._turns, self._segment, self._off = 0, 0, None, set()
+        self._aligned, self._beside, self._apart = Aligned(), None, set()
+
+    @property
+    def counts(self):
+        """Return what every channel has brought since the activation, a list of ChannelCount."""
+        return [before.plus(now) for before, now in zip(self._before, self.grid.counts)]
 
     def open(self):     # noqa: A003
         """Let the samples in."""
@@ -101,14 +117,16 @@ class Intake:
 
     def states(self):
         """Return the ChannelState of every channel."""
-        up_s, out = time.monotonic() - self.began, []
+        up_s, counts, out = time.monotonic() - self.began, self.counts, []
+        offsets = self.grid.offsets() / (self.grid.rate_hz or 1.0)
         for i, source in enumerate(self.sources):
             offers = self.node.get_publishers_info_by_topic(source.resolved)
-            silence, count = self._silences[source.topic], self.grid.counts[i]
+            silence, count = self._silences[source.topic], counts[i]
             out.append(ChannelState(
                 source, len(offers), tuple({o.topic_type for o in offers} - {source.type}), count,
                 self._lately.since(i, count), silence.idle_s if silence.silent else 0.0,
-                self.grid.off_rate(i), self.grid.rate_hz, up_s))
+                self.grid.off_rate(i), self.grid.rate_hz, up_s, source.name in self._apart,
+                float(offsets[i])))
         return out
 
     def _collector(self, topic):
@@ -130,10 +148,11 @@ class Intake:
             self._fail(error)
         if now >= self._kept + 1.0:
             self._kept = now
-            self._lately.keep(self.grid.counts)
+            self._lately.keep(self.counts)
         self._report_silence()
         self._report_missing(now)
         self._report_turns()
+        self._report_offsets()
 
     def _read(self):
         """Read the raw bytes into rows and hand them on."""
@@ -149,13 +168,17 @@ class Intake:
             if rows.segment != self._segment:
                 self._segment = rows.segment
                 self.node.get_logger().info(self.node.watching(rows), throttle_duration_sec=5.0)
-            self.take(rows)
+            for part in (self._aligned.push(rows, self.grid.offsets()) if self.together
+                         else (rows,)):
+                self.take(part)
 
     def _fail(self, error):
         """Begin a new grid; the sentence is said once."""
         if str(error) != self.fault:
             self.node.get_logger().error(f'{error}; the window begins anew')
         self.fault = str(error)
+        # what waited for its place in this grid finds none any more
+        self._before = [c.given_up() for c in self.counts]
         self._restart()
 
     def _report_silence(self):
@@ -190,11 +213,30 @@ class Intake:
                 f'{self.grid.rate_hz:.2f} Hz: its samples are left out', throttle_duration_sec=5.0)
         self._off = off
 
+    def _report_offsets(self):
+        """Say once a segment which channels are sampled beside the first one."""
+        offsets, rate_hz = self.grid.offsets(), self.grid.rate_hz
+        if self._beside != self._segment and not np.isnan(offsets).any():
+            self._beside = self._segment
+            for name, offset in zip(self.names, offsets):
+                if abs(offset) > LARGE:
+                    self.node.get_logger().warning(
+                        beside_words(name, self.names[0], offset / rate_hz, self.together))
+        apart = {n for n, d in zip(self.names, self.grid.drifts()) if abs(d) > DRIFTS}
+        for name in sorted(apart - self._apart):
+            self.node.get_logger().warning(apart_words([name], self.names[0]),
+                                           throttle_duration_sec=60.0)
+        self._apart = apart
+
+    def apart_words(self):
+        """Return why nothing can be said of clocks that run apart, empty where they do not."""
+        return apart_words(self._apart, self.names[0])
+
     def _report_missing(self, now):
         """Say which samples are missing since the last time, ever less often."""
         # rows that a channel does not fill while it is silent, or at another rate, are reported
         # as that
-        counts = self.grid.counts
+        counts = self.counts
         lost = [(c.missing, c.late + c.bad_stamps + c.not_finite) for c in counts]
         for i, (name, (missing, bad), before) in enumerate(zip(self.names, lost, self._missing)):
             said = name in self._quiet or i in self._off or not counts[i].received

@@ -1,4 +1,5 @@
 """Streams that stop, lose, change their rate or carry strange stamps: said at once, and once."""
+import re
 import signal
 
 from diagnostic_msgs.msg import DiagnosticArray
@@ -116,3 +117,47 @@ def test_the_recorder_counts_what_it_lost(bench, tmp_path):
     assert int(values['lost']) + int(values['written']) == 2 * sent[0]
     bench.processes.stop('recorder')
     assert f'{values["written"]} messages in' in bench.words('recorder')
+
+
+def test_a_grid_given_up_forgets_no_loss(bench):
+    """Stamps of which no grid can be made begin the window anew; what was lost before is said."""
+    windows, health = identifier(bench, window_s=5.0, hop_s=1.0)
+    sender = Sender(bench)
+    sender.heard()
+    rows, stamps = resonance(800), grid(500)
+    for k in range(0, 500, 5):
+        sender.send(rows[k:k + 1], stamps[k:k + 1], skip=(1,))
+        sender.send(rows[k + 1:k + 5], stamps[k + 1:k + 5])
+    bench.wait(said(health, 'channel b', '100.00 Hz'))
+    far = START_NS + 10 ** 10 + np.arange(12, dtype=np.int64) * 500 * 10 ** 9
+    sender.send(rows[:12], far)
+    bench.wait(lambda: 'the window begins anew' in bench.words('identifier'))
+
+    def counted():
+        """Return the numbers of channel b, after the grid was given up."""
+        values = {v.key: v.value for v in status_of(health, 'channel b').values}
+        return int(values['received']) >= 412 and int(values['missing']) >= 90
+    bench.wait(counted)
+    bench.wait(lambda: re.search(r'samples missing in \d+ s \(.*b: \d{2,}',
+                                 bench.words('identifier')))
+    later = int(far[-1]) + 10 ** 9
+    sender.send(rows, grid(800, later))
+    bench.wait(lambda: windows and windows[-1].end_ns > later)
+    assert windows[-1].start_ns > START_NS + 10 ** 10       # not the window of the first grid
+    assert 'Traceback' not in bench.words('identifier')
+
+
+def test_a_clock_that_runs_away_is_an_error(bench):
+    """Within 0.1 % of the rate, but half a sample apart after 10 s: the channel is named."""
+    _, health = identifier(bench)
+    sender = Sender(bench, names=('a',)), Sender(bench, names=('b',))
+    for s in sender:
+        s.heard()
+    rows = resonance(3000)
+    fast = START_NS + np.arange(3000, dtype=np.int64) * 9_997_000
+    for k in range(0, 3000, 100):
+        sender[0].send(rows[k:k + 100, :1], grid(3000)[k:k + 100])
+        sender[1].send(rows[k:k + 100, 1:], fast[k:k + 100])
+    bench.wait(lambda: 'the clock of b runs away from that of a' in bench.words('identifier'))
+    bench.wait(said(health, 'channel b', 'its clock runs away'))
+    assert status_of(health, 'channel b').level == b'\2'
