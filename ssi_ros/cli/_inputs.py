@@ -63,6 +63,19 @@ def read_inputs(path, given, model, samples):
     return Samples(np.column_stack(columns), samples.rate_hz, names, samples.start_ns)
 
 
+def inputs_of_each(paths, given, model, recordings):
+    """Return the recorded inputs of every recording; an empty tuple where none is given."""
+    if not given:
+        return ()
+    found = []
+    for path, samples in zip(paths, recordings):
+        try:
+            found.append(read_inputs(path, given, model, samples))
+        except ValueError as error:
+            raise ValueError(f'{path}: {error}') from None
+    return tuple(found)
+
+
 def _channel(bag, words, name, model):
     """Return the Channel of an option, named after the input of the model."""
     from ssi_ros.bag import Channel

@@ -23,12 +23,14 @@ LISTED = 12
 
 def add_arguments(parser):
     """Declare the options."""
+    from ssi_ros.cli._inputs import add_input
     parser.add_argument('bags', type=Path, metavar='HEALTHY', nargs='+',
                         help='folders of bags without a fault, one or more')
     parser.add_argument('--model', metavar='FILE',
                         help='spacecraft YAML of the simulator (default: the packaged one)')
     parser.add_argument('--output', type=Path, metavar='FILE', required=True,
                         help='write the calibrated model there, for --model of other verbs')
+    add_input(parser)
     parser.add_argument('--settings', metavar='FILE', help='YAML as config/diagnosis.yaml')
     parser.add_argument('--json', type=Path, metavar='FILE', help='write what moved there')
     parser.add_argument('--html', type=Path, metavar='FILE',
@@ -39,6 +41,7 @@ def run(args):
     """Read, calibrate, print, write."""
     import json
 
+    from ssi_ros.cli._inputs import inputs_of_each
     from ssi_ros.cli._options import Progress
     from ssi_ros.cli._samples import read_samples
     from ssi_ros.effects import load_configuration, save_configuration
@@ -48,9 +51,10 @@ def run(args):
     spacecraft, present = load_configuration(args.model)
     settings = load_settings(args.settings)
     recordings = [read_samples(b, spacecraft.rate_hz) for b in args.bags]
+    inputs = inputs_of_each(args.bags, args.input, spacecraft, recordings)
     with Progress('calibrating') as progress:
         found = calibrate(spacecraft, recordings, settings, names=[b.name for b in args.bags],
-                          present=present, progress=progress)
+                          present=present, inputs=inputs, progress=progress)
     print(text(found, args.bags))
     save_configuration(found.spacecraft, present, args.output)
     print(f'wrote {args.output}')
