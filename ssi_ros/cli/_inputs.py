@@ -94,10 +94,10 @@ def _channel(bag, words, name, model):
                              + (', '.join(fields[:8]) or 'no numeric ones')
                              + f'; write {topic}:FIELD')
         field = fields[0]
-    return Channel(topic, '', field, _input_of(model, name, topic, field))
+    return Channel(topic, '', field, input_of(model, name, topic, field))
 
 
-def _input_of(model, name, topic, field):
+def input_of(model, name, topic, field):
     """Return the input of a model that a topic is recorded of."""
     from ssi_ros.inputs.beside import driven_inputs, inputs_of
 
