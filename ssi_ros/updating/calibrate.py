@@ -101,10 +101,14 @@ def calibrate(spacecraft, recordings, settings=DiagnosisSettings(), *, names=(),
 
     """
     errors, stds = declared(spacecraft)
+    settings = getattr(spacecraft, 'cut', lambda usual: usual)(settings)
     if not errors:
-        raise ValueError('uncertainty: all numbers of the model are declared exact, so nothing '
-                         'can be calibrated; give frequency, damping, participation, shape, '
-                         'hub_inertia, gain or sensor_place_m a deviation above 0')
+        raise ValueError(
+            'uncertainty: all numbers of the model are declared exact, so nothing can be '
+            'calibrated; give ' + (
+                'frequency, damping, participation, shape, hub_inertia, gain or sensor_place_m'
+                if spacecraft.arrays else 'uncertainty_frequency, _damping, _participation, '
+                '_shape or _gain') + ' a deviation above 0')
     whole_model = replace(spacecraft, calibration=Calibration())
     bare, matched, notes = _in_common(whole_model, recordings)
     present = of_channels(present, [s.name for s in bare.sensors])
