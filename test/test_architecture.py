@@ -30,7 +30,7 @@ MAY_IMPORT = {            # layer: the layers that it may import, besides itself
     'levels': {'gap'},
     'events': {'gap'},
     'regimes': {'effects', 'events', 'gap'},
-    'planning': {'model', 'effects', 'gap', 'updating'},
+    'planning': {'model', 'effects', 'gap', 'updating', 'inputs'},
     'monitor': {'records'},
     'report': {'records', 'model', 'effects', 'identify', 'gap', 'bag', '__version__'},
 }

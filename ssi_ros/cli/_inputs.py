@@ -63,6 +63,19 @@ def read_inputs(path, given, model, samples):
     return Samples(np.column_stack(columns), samples.rate_hz, names, samples.start_ns)
 
 
+def inputs_of_each(paths, given, model, recordings):
+    """Return the recorded inputs of every recording; an empty tuple where none is given."""
+    if not given:
+        return ()
+    found = []
+    for path, samples in zip(paths, recordings):
+        try:
+            found.append(read_inputs(path, given, model, samples))
+        except ValueError as error:
+            raise ValueError(f'{path}: {error}') from None
+    return tuple(found)
+
+
 def _channel(bag, words, name, model):
     """Return the Channel of an option, named after the input of the model."""
     from ssi_ros.bag import Channel
@@ -81,10 +94,10 @@ def _channel(bag, words, name, model):
                              + (', '.join(fields[:8]) or 'no numeric ones')
                              + f'; write {topic}:FIELD')
         field = fields[0]
-    return Channel(topic, '', field, _input_of(model, name, topic, field))
+    return Channel(topic, '', field, input_of(model, name, topic, field))
 
 
-def _input_of(model, name, topic, field):
+def input_of(model, name, topic, field):
     """Return the input of a model that a topic is recorded of."""
     from ssi_ros.inputs.beside import driven_inputs, inputs_of
 

@@ -3,9 +3,10 @@ Move a model onto healthy recordings of the real spacecraft.
 
 Every number that the model's `uncertainty` declares (frequency, damping, participation and shape
 of every mode, inertia of the hub, gains and places of the sensors) goes to its most probable
-value; levels of the inputs are free in each recording. What stays unknown is kept with the model,
-and `ssi_ros diagnose --model CALIBRATED` counts with it. Several recordings add their scatter.
-Exit code 0: the calibrated model explains the healthy recordings, 1: it does not, and says what
+value; of a model in .npz or .mat what its `uncertainty_...` declare. Levels of the inputs are free
+in each recording; what a recorded input (--input) makes of it is predicted. What stays unknown is
+kept with the model, and `ssi_ros diagnose --model CALIBRATED` counts with it. Several recordings
+add their scatter. Exit code 0: the calibrated model explains the healthy recordings, 1: it does not, and says what
 is not explained.
 """
 from pathlib import Path
@@ -23,12 +24,19 @@ LISTED = 12
 
 def add_arguments(parser):
     """Declare the options."""
+    from ssi_ros.cli._inputs import add_input
     parser.add_argument('bags', type=Path, metavar='HEALTHY', nargs='+',
                         help='folders of bags without a fault, one or more')
     parser.add_argument('--model', metavar='FILE',
-                        help='spacecraft YAML of the simulator (default: the packaged one)')
+                        help='spacecraft YAML of the simulator, or .npz or .mat of any structure '
+                        'with uncertainty_... (default: the packaged spacecraft)')
+    parser.add_argument('--channel', action='append', metavar='TOPIC[:FIELD]',
+                        help='with a model in .npz or .mat: a numeric field of the bags, in the '
+                        'order of the channels of the model; repeatable')
     parser.add_argument('--output', type=Path, metavar='FILE', required=True,
-                        help='write the calibrated model there, for --model of other verbs')
+                        help='write the calibrated model there, for --model of other verbs; .npz for '
+                        'a model in .npz or .mat')
+    add_input(parser)
     parser.add_argument('--settings', metavar='FILE', help='YAML as config/diagnosis.yaml')
     parser.add_argument('--json', type=Path, metavar='FILE', help='write what moved there')
     parser.add_argument('--html', type=Path, metavar='FILE',
@@ -39,18 +47,25 @@ def run(args):
     """Read, calibrate, print, write."""
     import json
 
+    from ssi_ros.cli._inputs import inputs_of_each
     from ssi_ros.cli._options import Progress
     from ssi_ros.cli._samples import read_samples
+    from ssi_ros.cli.diagnose import channels_of
     from ssi_ros.effects import load_configuration, save_configuration
     from ssi_ros.gap.settings import load_settings
     from ssi_ros.updating.calibrate import calibrate
 
     spacecraft, present = load_configuration(args.model)
     settings = load_settings(args.settings)
-    recordings = [read_samples(b, spacecraft.rate_hz) for b in args.bags]
+    if not spacecraft.arrays and args.output.suffix != '.npz':
+        raise ValueError(f'--output {args.output} must end in .npz, the format that a model of '
+                         'matrices is written in')
+    channels = channels_of(spacecraft, args.channel)
+    recordings = [read_samples(b, spacecraft.rate_hz, channels) for b in args.bags]
+    inputs = inputs_of_each(args.bags, args.input, spacecraft, recordings)
     with Progress('calibrating') as progress:
         found = calibrate(spacecraft, recordings, settings, names=[b.name for b in args.bags],
-                          present=present, progress=progress)
+                          present=present, inputs=inputs, progress=progress)
     print(text(found, args.bags))
     save_configuration(found.spacecraft, present, args.output)
     print(f'wrote {args.output}')

@@ -113,15 +113,18 @@ def _inputs(args):
 
 def _calibrated(spacecraft, present, channels, args):
     """Return the model moved onto the healthy recording."""
+    from ssi_ros.cli._inputs import inputs_of_each
     from ssi_ros.cli._options import Progress
     from ssi_ros.cli._samples import read_samples
     from ssi_ros.gap.settings import load_settings
     from ssi_ros.updating.calibrate import calibrate
 
     healthy = read_samples(args.reference, spacecraft.rate_hz, channels)
+    inputs = inputs_of_each([args.reference], args.input, spacecraft, [healthy])
     with Progress('calibrating') as progress:
         found = calibrate(spacecraft, [healthy], load_settings(args.settings),
-                          names=[args.reference.name], present=present, progress=progress)
+                          names=[args.reference.name], present=present, inputs=inputs,
+                          progress=progress)
     return found.spacecraft
 
 

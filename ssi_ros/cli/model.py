@@ -79,12 +79,19 @@ def _points(setup):
 
 def _known(model):
     """Return how wrong the numbers of a model may be, as a line."""
+    import numpy as np
+
+    from ssi_ros.model.modal_errors import MOST
     if model.calibration.covariance:
         return (f'calibrated on {", ".join(model.calibration.recordings) or "recordings"}: '
                 'a diagnosis counts with what that left unknown')
     given = model.uncertainty
     if given.exact:
         return 'its numbers are declared exact; a diagnosis takes any difference for an effect'
+    if not model.arrays:
+        rms = {kind: float(np.sqrt(np.mean(np.square(getattr(given, kind))))) for kind in MOST}
+        return 'declared standard deviations (uncertainty_..., rms): ' + ', '.join(
+            f'{kind} {100 * value:.3g} %' for kind, value in rms.items() if value)
     parts = [f'{label} {100 * value:g} %' for label, value in (
         ('frequencies', given.frequency), ('damping', given.damping),
         ('participation', given.participation), ('shapes', given.shape),

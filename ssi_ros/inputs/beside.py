@@ -14,8 +14,11 @@ from ssi_ros.inputs.prediction import played, response, ringing
 from ssi_ros.inputs.recorded import RecordedInputs
 from ssi_ros.inputs.thresholds import LIMITS
 from ssi_ros.integrity.fault import Fault
+from ssi_ros.model import assemble
+from ssi_ros.model.excitation import begin_all
 from ssi_ros.records import Samples
 
+SEED = 1                # of inputs that are still to be recorded
 NEGLIGIBLE = 1e-9       # level of an input of a LinearModel, which needs one above zero
 
 
@@ -106,6 +109,45 @@ def anchored(simulator, recorded):
     anchor = inject(simulator.spacecraft, plain, simulator.duration_s)
     anchor = replace(anchor, drift=0.0, delays_s=(), corners_hz=(), jitter_rms_s=0.0)
     return replace(recorded, anchor=anchor, base=response(anchor, recorded), known={})
+
+
+def to_be_recorded(simulator, names, rows):
+    """
+    Set a model side beside inputs of a record that is still to be made.
+
+    Parameters
+    ----------
+    simulator : Simulator
+        Of the model, with the levels of all its inputs.
+    names : sequence of str
+        Inputs that will be recorded; they do what the model says of them.
+    rows : int
+        Of the record.
+
+    Returns
+    -------
+    Simulator
+
+    Raises
+    ------
+    ValueError
+        If the model has no such input, or gives it no level.
+
+    """
+    model, driven = simulator.spacecraft, driven_inputs(simulator.spacecraft)
+    for name in names:
+        if name not in driven:
+            raise ValueError(
+                f'the input {name} has no level in the model, so that nothing can be said of it '
+                f'before the record is made; give it one, or name one of {", ".join(driven)}'
+                if name in inputs_of(model) else
+                f'the model has no input {name!r}; it has {", ".join(inputs_of(model))}')
+    system = assemble(model)
+    forces = begin_all(system.excitation, system.rate_hz, system.inputs, SEED)(0, rows)
+    values = forces[:, [system.inputs.index(n) for n in names]]
+    side = simulator.but(spacecraft=unrecorded(model, names))
+    recorded = RecordedInputs(tuple(names), values - values.mean(axis=0), system.rate_hz)
+    return side.but(recorded=anchored(side, recorded))
 
 
 def _check(samples, inputs):

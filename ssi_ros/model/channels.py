@@ -29,14 +29,19 @@ def with_channels(model, names):
     if len(kept) == len(model.sensors):
         return model
     sensors = tuple(model.sensors[i] for i in kept)
+    gone = {s.name for s in model.sensors} - {s.name for s in sensors}
+    known = _without(model.calibration, gone)
     if not hasattr(model, 'output'):
-        gone = {s.name for s in model.sensors} - {s.name for s in sensors}
-        return replace(model, sensors=sensors, calibration=_without(model.calibration, gone))
+        return replace(model, sensors=sensors, calibration=known)
     rest = model.quadrature
     if rest is not None:
         rest = replace(rest, shapes=rest.shapes[kept], rest=replace(
             rest.rest, c=rest.rest.c[kept], d=rest.rest.d[kept]))
-    return replace(model, sensors=sensors, output=model.output[kept], quadrature=rest)
+    unsure = model.uncertainty
+    if not unsure.exact:
+        unsure = unsure.of_channels(kept)
+    return replace(model, sensors=sensors, output=model.output[kept], quadrature=rest,
+                   uncertainty=unsure, calibration=known)
 
 
 def of_channels(effects, channels):

@@ -78,6 +78,8 @@ def declared(spacecraft):
         Only errors whose deviation is not zero; units as in `Calibration.values`.
 
     """
+    if hasattr(spacecraft, 'declared'):       # a model of somebody else: of its modes
+        return spacecraft.declared
     given, found = spacecraft.uncertainty, []
     for array in spacecraft.arrays:
         sensors = [s.name for s in spacecraft.sensors if s.array == array.name]
@@ -138,6 +140,7 @@ class Numbers:
     stiffness: np.ndarray
     sensor: np.ndarray
     gains: np.ndarray       # (l,), of the channels
+    input: np.ndarray       # noqa: A003
 
 
 def numbers_at(system, names, values, hub_inertia, slopes):
@@ -167,7 +170,7 @@ def numbers_at(system, names, values, hub_inertia, slopes):
         sensor[i] += moved[i] @ slopes(i)
     return Numbers(mass, system.damping * np.outer(root, root),
                    system.stiffness * np.outer(frequency, frequency), sensor,
-                   1.0 + of(GAIN, channels))
+                   1.0 + of(GAIN, channels), np.array(system.input))
 
 
 def with_frequencies(system, factors, damping=0.0):

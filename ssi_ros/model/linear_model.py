@@ -13,6 +13,7 @@ from scipy.linalg import eigh
 
 from ssi_ros.model.errors import Calibration
 from ssi_ros.model.excitation import Coloured, LEVEL_RATE_HZ, White
+from ssi_ros.model.modal_errors import declared_of_modes, with_modal_errors
 from ssi_ros.model.model_checks import check_names, check_sizes, check_stationary
 from ssi_ros.model.quadrature import modes_of, Quadrature
 from ssi_ros.model.sensors import Noise
@@ -98,6 +99,10 @@ class LinearModel:
         Whether the freedoms are points, not coordinates of modes.
     quadrature : Quadrature or None
         Of a state space: see there.
+    uncertainty : ModalUncertainty
+        How wrong its numbers may be; EXACT takes them as they are.
+    calibration : Calibration
+        Errors of its modes, found from recordings; the matrices are without them.
 
     Raises
     ------
@@ -119,9 +124,10 @@ class LinearModel:
     physical: bool = True
     quadrature: Quadrature = field(default=None, repr=False)
 
+    uncertainty: object = EXACT     # or a ModalUncertainty
+    calibration: Calibration = Calibration()
+
     arrays = ()             # a spacecraft has some
-    uncertainty = EXACT       # its numbers are taken as they are
-    calibration = Calibration()
 
     def __post_init__(self):
         for name in ('mass', 'damping', 'stiffness', 'input', 'output'):
@@ -185,6 +191,7 @@ class LinearModel:
             q = self.quadrature
             parts += [m.tobytes() for m in (q.input, q.shapes, q.rest.a, q.rest.b, q.rest.c,
                                             q.rest.d)]
+        parts.append((self.uncertainty, self.calibration))
         return hashlib.sha256(repr(parts).encode()).hexdigest()
 
     def __repr__(self):
@@ -195,6 +202,15 @@ class LinearModel:
 
     def __hash__(self):
         return hash(self.digest)
+
+    @property
+    def declared(self):
+        """Return names and deviations of the errors that it declares; see `errors.declared`."""
+        return declared_of_modes(self)
+
+    def at_errors(self, values):
+        """Return the model with the errors of its modes at values, (m,)."""
+        return replace(self, calibration=replace(self.calibration, values=values))
 
     def at_levels(self, levels):
         """Return the model at powers of its random inputs, group by group, and of its noise."""
@@ -232,12 +248,12 @@ def assemble_model(model):
         white = White(name, tuple(d.name for d in drives), tuple(d.level * scale for d in drives))
         corner = drives[0].corner_hz
         parts.append(Coloured(white, corner) if np.isfinite(corner) else white)
-    return System(
+    return with_modal_errors(System(
         mass=model.mass, damping=model.damping, stiffness=model.stiffness, input=model.input,
         sensor=model.output, dofs=model.freedoms, inputs=tuple(d.name for d in model.drives),
         channels=tuple(s.name for s in model.sensors), excitation=tuple(parts),
         chain=(Noise(tuple(s.noise_rms for s in model.sensors)),), rate_hz=model.rate_hz,
-        measured=tuple(KINDS[s.kind][0] for s in model.sensors), quadrature=model.quadrature)
+        measured=tuple(KINDS[s.kind][0] for s in model.sensors), quadrature=model.quadrature), model)
 
 
 def modal_model(frequencies_hz, damping_ratios, shapes, participation, **names):

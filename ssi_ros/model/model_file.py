@@ -4,15 +4,19 @@ Read and write models of other people: `.npz` of NumPy, `.mat` of MATLAB (up to 
 One of three sets of variables says what moves, and the names say what is measured and driven:
 mass, damping (or damping_ratios), stiffness, input, output, freedoms; frequencies_hz,
 damping_ratios, shapes, participation; a, b, c, d, time ('discrete' or 'continuous'). With each:
-rate_hz, channels, kinds, noise_rms, inputs, levels; optional corner_hz, groups, effects.
+rate_hz, channels, kinds, noise_rms, inputs, levels; optional corner_hz, groups, effects, and
+uncertainty_frequency, _damping, _participation, _shape, _gain: standard deviations.
 """
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from scipy.linalg import eigh
 
+from ssi_ros.model.errors import Calibration
 from ssi_ros.model.excitation import source, White
 from ssi_ros.model.linear_model import Channel, Input, LinearModel, modal_model, state_space_model
+from ssi_ros.model.modal_errors import modal_uncertainty, modes_at, MOST
 from ssi_ros.model.model_checks import check_definite
 from ssi_ros.model.sensors import Noise
 from ssi_ros.quantity import unknown
@@ -25,6 +29,8 @@ STATE_SPACE = ('a', 'b', 'c', 'd', 'time')
 SHARED = ('rate_hz', 'channels', 'kinds', 'noise_rms', 'inputs', 'levels', 'corner_hz', 'groups',
           'effects', 'freedoms')
 QUADRATURE = tuple(f'quadrature_{n}' for n in ('input', 'shapes', 'a', 'b', 'c', 'd'))
+UNCERTAINTY = 'uncertainty_'       # of the names of standard deviations
+CALIBRATION = 'calibration_'
 ALIASES = {'dofs': 'freedoms', 'sensor': 'output'}      # as `ssi_ros model --npz` writes them
 
 
@@ -59,7 +65,7 @@ def load_model(path):
     """
     try:
         given = _variables(Path(path))
-        return _model(given), _names(given.get('effects', ()))
+        return _unsure(_model(given), given), _names(given.get('effects', ()))
     except ValueError as error:
         raise ValueError(f'{path}: {error}') from None
 
@@ -79,6 +85,14 @@ def save_model(model, path, effects=()):
         q = model.quadrature
         numbers |= dict(zip(QUADRATURE, (q.input, q.shapes, q.rest.a, q.rest.b, q.rest.c,
                                          q.rest.d)))
+    if not model.uncertainty.exact:
+        numbers |= {UNCERTAINTY + kind: getattr(model.uncertainty, kind) for kind in MOST}
+    if model.calibration.names:
+        known = model.calibration
+        numbers |= {CALIBRATION + 'values': known.values,
+                    CALIBRATION + 'covariance': known.covariance}
+        text |= {CALIBRATION + n: getattr(known, n)
+                 for n in ('names', 'recordings', 'unexplained')}
     path = path if str(path).endswith('.npz') else f'{path}.npz'
     with whole_file(path, 'wb') as file:
         np.savez(file, **numbers, **{k: np.array(v, dtype=str) for k, v in text.items()},
@@ -125,10 +139,13 @@ def _variables(path):
         except (MatReadError, TypeError, IndexError, ValueError) as error:
             raise ValueError(f'it is no MATLAB file ({error})') from None
         found = {k: v for k, v in found.items() if not k.startswith('__')}
+    block = np.asarray(found.pop(UNCERTAINTY[:-1], ()))
+    if block.dtype.names:               # a struct of MATLAB
+        found |= {UNCERTAINTY + n: block[n].ravel()[0] for n in block.dtype.names}
     found = {ALIASES.get(k, k): v for k, v in found.items()}
     known = {*MATRICES, *MODES, *STATE_SPACE, *SHARED, *QUADRATURE, 'physical'}
     for name in found:
-        if name not in known:
+        if name not in known and not name.startswith((UNCERTAINTY, CALIBRATION)):
             raise ValueError(unknown(name, name, sorted(known)))
     return found
 
@@ -158,6 +175,22 @@ def _model(given):
         mass, _damping(given, mass, stiffness), stiffness,
         *(_matrix(given, n) for n in ('input', 'output')), freedoms=freedoms,
         physical=bool(np.all(given.get('physical', True))), quadrature=_quadrature(given), **names)
+
+
+def _unsure(model, given):
+    """Return a model with the standard deviations and the calibration of a file."""
+    of = {n.removeprefix(UNCERTAINTY): _matrix(given, n) for n in given
+          if n.startswith(UNCERTAINTY)}
+    if of:
+        model = replace(model, uncertainty=modal_uncertainty(model, **of))
+    if CALIBRATION + 'names' in given:
+        text = {n: tuple(map(str, given[CALIBRATION + n]))
+                for n in ('names', 'recordings', 'unexplained')}
+        known = Calibration(values=tuple(given[CALIBRATION + 'values']),
+                            covariance=given[CALIBRATION + 'covariance'], **text)
+        modes_at(known.names, model)
+        model = replace(model, calibration=known)
+    return model
 
 
 def _quadrature(given):

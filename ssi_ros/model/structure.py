@@ -13,6 +13,7 @@ from scipy.linalg import block_diag, eigh
 
 from ssi_ros.model.errors import Calibration, numbers_at, PROBE_M, with_errors
 from ssi_ros.model.excitation import White
+from ssi_ros.model.modal_errors import numbers_of_modes
 from ssi_ros.model.linear_model import assemble_model, LinearModel
 from ssi_ros.model.plate import plate_modes
 from ssi_ros.model.sensors import Noise
@@ -106,6 +107,8 @@ def numbers_with_errors(spacecraft):
         From values of the errors, (m,), to `Numbers`.
 
     """
+    if isinstance(spacecraft, LinearModel):
+        return numbers_of_modes(spacecraft)
     system = assemble(replace(spacecraft, calibration=Calibration()))
     names, (inertia, slopes) = spacecraft.calibration.names, _geometry(spacecraft, False)
     return lambda values: numbers_at(system, names, values, inertia, slopes)

@@ -103,11 +103,16 @@ class System:
         return space if self.conditioning is None else space.then(self.conditioning)
 
     @cached_property
+    def turned(self):
+        """Whether the plant has modes as its states: something moves as a rigid body."""
+        return self.quadrature is None and _moves_freely(self.stiffness)
+
+    @cached_property
     def plant(self):
         """Return the minimal continuous state space of the structure alone, eq. (18)."""
         if self.quadrature is not None:
             return self.quadrature.plant(self)
-        if _moves_freely(self.stiffness):
+        if self.turned:
             return in_modes(self).plant
         factor = cho_factor(self.mass)
         positions, speeds = self.acting

@@ -29,7 +29,7 @@ class Tangent:
     of_d: np.ndarray        # (p, l, m)
 
 
-def tangent(system, mass, damping, stiffness, sensor):
+def tangent(system, mass, damping, stiffness, sensor, forces):
     """
     Return the Tangent of a System for p changes of its matrices.
 
@@ -40,7 +40,9 @@ def tangent(system, mass, damping, stiffness, sensor):
     mass, damping, stiffness : ndarray, shape (p, n, n)
         Changes of the matrices.
     sensor : ndarray, shape (p, l, n)
-        Changes of the rows of the channels, which are accelerations.
+        Changes of the rows of the channels.
+    forces : ndarray, shape (p, n, m)
+        Changes of the input matrix.
 
     Returns
     -------
@@ -55,12 +57,18 @@ def tangent(system, mass, damping, stiffness, sensor):
     feed = inverse @ system.input
     to_state = np.concatenate([stiffness[:, :, positions], damping[:, :, speeds]], axis=2)
     of_acceleration = -inverse @ (to_state + mass @ acceleration)
-    of_feed = -inverse @ (mass @ feed)
+    of_feed = inverse @ (forces - mass @ feed)
     values, vectors, back = system.plant.diagonal
     c, b = system.plant.c @ vectors, back @ system.plant.b
     turned = back[:, n:] @ (of_acceleration[:, speeds] @ vectors)
-    of_c = (sensor @ acceleration + system.sensor @ of_acceleration) @ vectors
+    of_c = sensor @ acceleration + system.sensor @ of_acceleration
     of_d = sensor @ feed + system.sensor @ of_feed
+    for i, kind in enumerate(system.kinds):
+        if kind != 'acceleration':
+            at, first = (speeds, n) if kind == 'velocity' else (positions, 0)
+            of_c[:, i], of_d[:, i] = 0.0, 0.0
+            of_c[:, i, first + np.arange(len(at))] = sensor[:, i, at]
+    of_c = of_c @ vectors
     of_values = np.einsum('pii->pi', turned).copy()
     away = values[None, :] - values[:, None]
     near = np.abs(away) <= APART * np.abs(values).max()

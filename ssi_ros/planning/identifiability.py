@@ -8,17 +8,19 @@ from ssi_ros.effects.registry import deflections
 from ssi_ros.gap.cache import effect_templates
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.detectors.input_reconstruction import sensitivity
-from ssi_ros.gap.inference.score_test import promise
+from ssi_ros.gap.inference.score_test import make_templates, promise
 from ssi_ros.gap.nominal.simulator import Simulator
 from ssi_ros.gap.nominal.starting_points import at_size
 from ssi_ros.gap.selection.conclusion import separate_by
 from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.gap.spectra.segmentation import make_frame
+from ssi_ros.inputs.beside import acting, to_be_recorded
 from ssi_ros.updating.adapt import standing
 from ssi_ros.updating.model_uncertainty import model_uncertainty
 from ssi_ros.updating.prior import error_directions, prior_of
 
 DETECTED = 4.0          # d' of the size that counts as detected
+SMALL = 0.02            # of a size that changes a spectrum to first order
 
 
 @dataclass(frozen=True)
@@ -32,9 +34,11 @@ class Visible:
     seen: object                # the effect at the size of d' = 4, linearly; None with d' of NaN
     alike: tuple                # (name, cosine of the scores) of the nearest effects
     separate_by: tuple = ()     # what would distinguish it from those that are tied with it
+    without: float = float('nan')       # d' where no input is recorded, to first order in the size
 
 
-def identifiability(spacecraft, duration_s, settings=DiagnosisSettings(), progress=None):
+def identifiability(spacecraft, duration_s, settings=DiagnosisSettings(), progress=None, *,
+                    inputs=()):
     """
     Compute which effects a record would show, and which it could not distinguish.
 
@@ -49,6 +53,8 @@ def identifiability(spacecraft, duration_s, settings=DiagnosisSettings(), progre
         has left unknown, counts as well.
     progress : callable, optional
         Called with the share done, 0 to 1.
+    inputs : sequence of str
+        Inputs of the model that will be recorded, at the levels and colours that it gives them.
 
     Returns
     -------
@@ -58,16 +64,20 @@ def identifiability(spacecraft, duration_s, settings=DiagnosisSettings(), progre
     Raises
     ------
     ValueError
-        If so short a record cannot be cut, with the length needed.
+        If so short a record cannot be cut, with the length needed, or an input has no level.
 
     """
     settings = getattr(spacecraft, 'cut', lambda usual: usual)(settings)
     rows = round(duration_s * spacecraft.rate_hz)
     frame = make_frame(rows, spacecraft.rate_hz, settings)
-    names = applicable(spacecraft)
+    plain = simulator = Simulator(spacecraft, frame, duration_s)
+    if inputs:
+        simulator = to_be_recorded(simulator, inputs, rows)
+    names = acting(applicable(spacecraft), simulator)
     known = [library()[n] for n in names]
-    simulator = Simulator(spacecraft, frame, duration_s)
-    templates, exact, detection, cosine = _promised(simulator, settings, names, progress)
+    templates, exact, detection, cosine = _promised(
+        simulator, settings,
+        lambda side: effect_templates(side, settings, names, progress))
     groups = {}
     for i, e in enumerate(templates.effects):
         groups.setdefault((e.name, *(getattr(e, f.name) for f in e.words())), []).append(i)
@@ -85,15 +95,40 @@ def identifiability(spacecraft, duration_s, settings=DiagnosisSettings(), progre
             effect, float(detection[best]), float(exact[best]),
             at_size(effect, DETECTED / max(detection[best], 1e-9)), tuple(closest),
             separate_by([name, *tied])))
-    return tuple(v for cls in known
-                 for v in found.get(cls.name) or _by_detection(cls, simulator, rows, settings))
+    found = tuple(v for cls in known
+                  for v in found.get(cls.name) or _by_detection(
+                      cls, simulator.but(recorded=None), rows, settings))
+    return _beside_none(found, plain, rows, settings) if inputs else found
 
 
-def _promised(simulator, settings, names, progress):
+def _beside_none(found, simulator, rows, settings):
+    """Return what is visible beside inputs, with d' of the same effects without them."""
+    predicted, shares = deflections(), {}
+    for v in found:
+        if v.effect.spectral:
+            # beside inputs d' is of first order; without them a large change counts by its square
+            share = SMALL if v.effect.power == 1.0 and not v.effect.nonlinear else 1.0
+            shares[at_size(v.effect, share)] = v.effect, share
+    templates, _, plain, _ = _promised(
+        simulator, settings,
+        lambda side: make_templates(side, list(shares), lambda share: None))
+    d_prime = {}
+    for small, d in zip(templates.effects, plain):
+        effect, share = shares[small]
+        d_prime[effect] = float(d) / share
+    levels = np.ones(len(simulator.expected(Candidate()).names))
+    for name in {v.effect.name for v in found} & set(predicted):
+        at = sensitivity(simulator, simulator.setup(Candidate()), levels, rows, settings)
+        d_prime |= {v.effect: float(predicted[name](v.effect, at)) for v in found
+                    if v.effect.name == name and v.effect not in d_prime}
+    return tuple(replace(v, without=d_prime.get(v.effect, v.without)) for v in found)
+
+
+def _promised(simulator, settings, templates_of):
     """Return templates, d' if the model is exact, d', and cosines of the scores."""
-    templates = effect_templates(simulator, settings, names, progress)
     nominal = simulator.expected(Candidate())
     levels = np.ones(len(nominal.names))
+    templates = templates_of(simulator.for_templates(levels))
     unknown = model_uncertainty(simulator, Candidate(), levels, settings)
     exact, cosine = promise(templates, nominal, simulator.frame, unknown)
     prior = prior_of(simulator.spacecraft)
@@ -102,7 +137,7 @@ def _promised(simulator, settings, names, progress):
     simulator = standing(simulator, prior)
     unknown = unknown.and_of(error_directions(simulator, levels, prior))
     linear, _ = promise(templates, nominal, simulator.frame, unknown)
-    templates = effect_templates(simulator, settings, names, progress)
+    templates = templates_of(simulator.for_templates(levels))
     moved, cosine = promise(templates, nominal, simulator.frame, unknown)
     # errors imitate an effect by linear changes or by moving modes back: the better of the two
     return templates, exact, np.minimum(exact, np.minimum(linear, moved)), cosine

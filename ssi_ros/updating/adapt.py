@@ -55,7 +55,7 @@ def adapt(simulator, samples, settings, progress=lambda share: None, *, before=N
                                + before.simulator.shift(candidate))
     found = fit_errors(simulator.spacecraft, [samples], names, stds, settings, before=start,
                        present=simulator.present, candidate=candidate,
-                       recorded=simulator.recorded, progress=progress)
+                       recorded=(simulator.recorded,), progress=progress)
     return Adapted(_keeping_modes(simulator, names, stds, found.values, found.candidate), found)
 
 

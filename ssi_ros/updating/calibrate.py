@@ -69,7 +69,7 @@ class Calibrated:
 
 
 def calibrate(spacecraft, recordings, settings=DiagnosisSettings(), *, names=(), present=(),
-              progress=lambda share: None):
+              inputs=(), progress=lambda share: None):
     """
     Move a model onto healthy recordings.
 
@@ -85,6 +85,8 @@ def calibrate(spacecraft, recordings, settings=DiagnosisSettings(), *, names=(),
         Of the recordings, to be kept with the calibration.
     present : tuple of Effect
         Effects that the model has.
+    inputs : sequence of Samples, optional
+        Recorded inputs of every recording, in its rows and named as those of the model.
     progress : callable
         Called with the share done.
 
@@ -95,14 +97,18 @@ def calibrate(spacecraft, recordings, settings=DiagnosisSettings(), *, names=(),
     Raises
     ------
     ValueError
-        If nothing is declared uncertain, or a recording does not fit the model.
+        If nothing is declared uncertain, or a recording or its input does not fit the model.
 
     """
     errors, stds = declared(spacecraft)
+    settings = getattr(spacecraft, 'cut', lambda usual: usual)(settings)
     if not errors:
-        raise ValueError('uncertainty: all numbers of the model are declared exact, so nothing '
-                         'can be calibrated; give frequency, damping, participation, shape, '
-                         'hub_inertia, gain or sensor_place_m a deviation above 0')
+        raise ValueError(
+            'uncertainty: all numbers of the model are declared exact, so nothing can be '
+            'calibrated; give ' + (
+                'frequency, damping, participation, shape, hub_inertia, gain or sensor_place_m'
+                if spacecraft.arrays else 'uncertainty_frequency, _damping, _participation, '
+                '_shape or _gain') + ' a deviation above 0')
     whole_model = replace(spacecraft, calibration=Calibration())
     bare, matched, notes = _in_common(whole_model, recordings)
     present = of_channels(present, [s.name for s in bare.sensors])
@@ -110,14 +116,24 @@ def calibrate(spacecraft, recordings, settings=DiagnosisSettings(), *, names=(),
         whole = [_whole(bare, samples, settings, present) for samples in matched]
         errors, stds = declared(bare)
         found = fit_errors(bare, whole, errors, stds, settings, present=present,
-                           progress=lambda share: progress(0.6 * share))
-        scatter = _scatter(bare, whole, found, settings, present)
+                           progress=lambda share: progress((0.2 if inputs else 0.6) * share))
+        side, beside, recorded = bare, whole, (None,) * len(whole)
+        if inputs:
+            # the channels alone say where the modes are; a prediction by a model that is many
+            # line widths off would say little
+            at = replace(bare, calibration=Calibration(errors, found.values))
+            side, beside, recorded = _beside(at, whole, inputs, settings, present)
+            found = fit_errors(side, beside, errors, stds, settings, present=present,
+                               before=found, recorded=recorded,
+                               progress=lambda share: progress(0.2 + 0.4 * share))
+        scatter = _scatter(side, beside, found, settings, (present, recorded))
         calibrated = replace(bare, calibration=Calibration(
             errors, found.values, found.covariance + np.diag(scatter ** 2),
             tuple(map(str, names))))
         checks = []
         for i, samples in enumerate(whole):
-            checks.append(_check(bare, calibrated, samples, settings, present))
+            checks.append(_check(bare, calibrated, samples, settings,
+                                 (present, inputs[i] if inputs else None)))
             progress(0.6 + 0.4 * (i + 1) / len(whole))
     unexplained = tuple(dict.fromkeys(d for c in checks for d in c.detected))
     calibration = replace(_of_all_channels(whole_model, calibrated.calibration),
@@ -165,22 +181,37 @@ def _whole(spacecraft, samples, settings, present):
     return completed(simulator, samples, clipped, settings)[1]
 
 
-def _scatter(spacecraft, recordings, found, settings, present):
+def _beside(spacecraft, recordings, inputs, settings, present):
+    """Return the model without what was recorded, Samples beside the inputs, RecordedInputs."""
+    sides, beside = [], []
+    for samples, own in zip(recordings, inputs, strict=True):
+        _, side, record, _ = ModelNominal(spacecraft, present, own).ready(samples, settings)
+        wrong = [f.text for f in record.faults if f.kind == 'input']
+        if wrong:
+            raise ValueError(f'{wrong[0]} Nothing is calibrated on it; mend the input or the '
+                             'model, or leave --input out')
+        sides.append(side)
+        beside.append(record.samples)
+    return sides[0].spacecraft, beside, tuple(s.recorded for s in sides)
+
+
+def _scatter(spacecraft, recordings, found, settings, beside):
     """Return by how much errors differ from recording to recording beyond chance, (m,)."""
+    present, recorded = beside
     if len(recordings) < 2:
         return np.zeros(len(found.names))
     each = [fit_errors(spacecraft, [r], found.names, found.stds, settings, present=present,
-                       before=replace(found, levels=(levels,)))
-            for r, levels in zip(recordings, found.levels)]
+                       before=replace(found, levels=(levels,)), recorded=(inputs,))
+            for r, levels, inputs in zip(recordings, found.levels, recorded)]
     spread = np.var([f.values for f in each], axis=0, ddof=1)
     chance = np.mean([np.diag(f.covariance) for f in each], axis=0)
     return np.sqrt(np.maximum(spread - chance, 0.0))
 
 
-def _check(model, calibrated, samples, settings, present):
+def _check(model, calibrated, samples, settings, beside):
     """Return how well a calibrated model explains a recording that it was calibrated on."""
     def compared(spacecraft):
-        return ModelNominal(spacecraft, present).compare(
+        return ModelNominal(spacecraft, *beside).compare(
             samples, settings, applicable(spacecraft), lambda share: None)
     exact = compared(replace(model, uncertainty=EXACT))
     before = exact.goodness_of_fit(exact.null)

@@ -15,6 +15,7 @@ from scipy.optimize import linear_sum_assignment
 from ssi_ros.effects.statistical_linearisation import linearise
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.model.errors import DAMPING, FREQUENCY, places_of, with_frequencies
+from ssi_ros.model.modal_errors import basis_of, modes_at, turned
 
 ROUNDS = 15             # of Newton, at most
 DONE = 2e-6             # change of a relative error at which it ends
@@ -37,13 +38,24 @@ class Compensation:
     def __init__(self, simulator, names, stds, around=Candidate()):
         self.simulator, self.names, self.stds = simulator, names, stds
         self.values = np.array(simulator.spacecraft.calibration.values)
-        self.nominal = simulator.setup(Candidate())
+        model = simulator.spacecraft
+        # the modes of somebody else's model are no freedoms of it
+        self.shapes = None if model.arrays else basis_of(model)[0]
+        self.nominal = self._of_modes(simulator.setup(Candidate()))
         self.home = _modes(linearise(simulator.setup(around)))
         self._known = {around: np.zeros(len(names))}
-        system = self.nominal.system
+        kinds, system = (FREQUENCY, DAMPING), self.nominal.system
+        if self.shapes is not None:
+            where = modes_at(names, model)
+            self.index = {kind: where[kind] for kind in kinds}
+            return
         where = places_of(names, system.dofs, system.channels)
         self.index = {kind: dict(zip(where[kind][1].tolist(), where[kind][0].tolist()))
-                      for kind in (FREQUENCY, DAMPING)}
+                      for kind in kinds}
+
+    def _of_modes(self, setup):
+        """Return a setup whose freedoms are modes, as those of a spacecraft's arrays are."""
+        return setup if self.shapes is None else turned(setup, self.shapes)
 
     def shift(self, candidate):
         """Return the shift of all errors for a candidate, (m,)."""
@@ -53,7 +65,7 @@ class Compensation:
 
     def _shift(self, candidate):
         shift = np.zeros(len(self.names))
-        setup = linearise(self.simulator.setup(candidate))
+        setup = self._of_modes(linearise(self.simulator.setup(candidate)))
         system, found = setup.system, _modes(setup)
         pairs = _paired(self.home, found)
         if all(np.allclose(found[k][pairs[1]], self.home[k][pairs[0]], rtol=STILL, atol=0)

@@ -182,7 +182,7 @@ class _Place:
 
 
 def fit_errors(spacecraft, samples, names, stds, settings, *, present=(), before=None,
-               candidate=Candidate(), recorded=None, progress=lambda share: None):
+               candidate=Candidate(), recorded=(None,), progress=lambda share: None):
     """
     Fit the errors of a model to recordings.
 
@@ -202,8 +202,8 @@ def fit_errors(spacecraft, samples, names, stds, settings, *, present=(), before
         Where to begin; then only the last stage is made.
     candidate : Candidate
         Effects whose numbers are fitted beside.
-    recorded : RecordedInputs, optional
-        Inputs that come before the channels of the samples.
+    recorded : sequence of RecordedInputs or None
+        Inputs that come before the channels of each of the samples; one alone serves all.
     progress : callable
         Called with the share done.
 
@@ -220,12 +220,13 @@ def fit_errors(spacecraft, samples, names, stds, settings, *, present=(), before
                      + [settings.segment_s] for shares in SCHEDULES]
     else:
         start = np.log(np.ravel(before.levels)), np.array(before.values), candidate
+    own = recorded if len(recorded) > 1 else repeat(*recorded)
     ends, done, total = [], 0, sum(map(len, schedules))
     for schedule in schedules:
         at = start
         for number, segment_s in enumerate(schedule):
-            recordings = [_recording(spacecraft, s, settings, segment_s, (present, recorded))
-                          for s in samples]
+            recordings = [_recording(spacecraft, s, settings, segment_s, (present, inputs))
+                          for s, inputs in zip(samples, own)]
             last = number == len(schedule) - 1
             here = climbed(recordings, stds, *at, LAST_STEPS if last else STAGE_STEPS)
             if here is not None:            # else the next stage tries from the same place

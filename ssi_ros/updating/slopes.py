@@ -19,7 +19,7 @@ from ssi_ros.model.tangent import tangent
 
 PROBE = 1e-3            # of a size, for a difference quotient
 EXACT_PROBE = 1e-6      # for matrices, which are simple functions of the errors
-MATRICES = 'mass', 'damping', 'stiffness', 'sensor'
+MATRICES = 'mass', 'damping', 'stiffness', 'sensor', 'input'
 BLOCK = 512             # bins that are whitened at a time
 
 
@@ -137,8 +137,7 @@ def _colours(setup, levels, frame):
     """Return pairs of a colour, (k,) or 1, and the covariance of its inputs; None: not plain."""
     system = setup.system
     if (setup.drift or setup.laws or setup.lags or setup.jitter_rms_s or system.shaping
-            or system.conditioning or system.quadrature
-            or set(system.kinds) != {'acceleration'}):
+            or system.conditioning or system.quadrature or system.turned):
         return None
     found, each = {}, iter(levels)
     for part in system.excitation:

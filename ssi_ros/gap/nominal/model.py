@@ -64,7 +64,7 @@ class ModelNominal:
 
         """
         settings = getattr(self.spacecraft, 'cut', lambda usual: usual)(settings)
-        spacecraft, simulator, record, levels = self._ready(samples, settings)
+        spacecraft, simulator, record, levels = self.ready(samples, settings)
         effects = acting(effects, simulator)
         there = {e.name for e in self.present}
         record = replace(record, sought=tuple(n for n in effects if n not in there))
@@ -86,7 +86,7 @@ class ModelNominal:
         there = next(iter(_search(moved).singles()), None)
         return as_it_is if there and best.log_evidence > there.log_evidence else moved
 
-    def _ready(self, samples, settings):
+    def ready(self, samples, settings):
         """Return the model of the channels there are, its side, a Record and its levels."""
         spacecraft, samples, notes = match(self.spacecraft, samples)
         present = of_channels(self.present, samples.channels)
