@@ -23,7 +23,7 @@ from ssi_ros.updating.calibrate import calibrate
 
 from examples.shear_building import shear_building
 
-SECONDS, SEED, EXACT_TOO = 1800.0, 500, 2
+SECONDS, SEED, EXACT_TOO = 1800.0, 500, 1
 STDS = {'frequency': 0.01, 'damping': 0.3, 'participation': 0.03, 'shape': 0.03, 'gain': 0.001}
 SINGLES = ('connection_stiffness:freedom=floor_2,to=floor_3,share=-0.08',
            'sensor_gain:channel=acc_3,scale=1.05', 'point_mass:freedom=floor_4,share=0.1',
