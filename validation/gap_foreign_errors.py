@@ -13,6 +13,7 @@ from dataclasses import replace
 import sys
 import time
 
+from examples.shear_building import shear_building
 import numpy as np
 from ssi_ros.effects import inject, parse_effect, simulate_setup
 from ssi_ros.gap.driver import diagnose
@@ -20,8 +21,6 @@ from ssi_ros.gap.nominal.model import ModelNominal
 from ssi_ros.model.errors import Calibration, declared
 from ssi_ros.model.modal_errors import modal_uncertainty
 from ssi_ros.updating.calibrate import calibrate
-
-from examples.shear_building import shear_building
 
 SECONDS, SEED, EXACT_TOO = 1800.0, 500, 1
 STDS = {'frequency': 0.01, 'damping': 0.3, 'participation': 0.03, 'shape': 0.03, 'gain': 0.001}

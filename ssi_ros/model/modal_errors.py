@@ -92,8 +92,8 @@ def modal_uncertainty(model, **given):
                              f'or {" x ".join(map(str, size))} for {_WHAT[kind]}') from None
         wrong = values[~((values >= 0.0) & (values <= MOST[kind]))]
         if wrong.size:
-            raise ValueError(f'uncertainty_{kind} holds {wrong[0]:g}; a standard deviation must be '
-                             f'0 to {MOST[kind]:g}')
+            raise ValueError(f'uncertainty_{kind} holds {wrong[0]:g}; a standard deviation must '
+                             f'be 0 to {MOST[kind]:g}')
         found[kind] = tuple(map(tuple, values.tolist())) if len(size) == 2 else tuple(
             values.tolist())
     for name in given:

@@ -39,8 +39,9 @@ def input_section(nominal, samples, settings):
                    'power explained by the input'), rows,
                   'By the model without any effect; in the unit of each channel.')
     frame = side.frame
-    parts = [record_periodograms(type(samples)(v, samples.rate_hz, channels), frame)[0].mean(axis=0)
-             for v in (values + taken, taken, values)]
+    each = [type(samples)(v, samples.rate_hz, channels)
+            for v in (values + taken, taken, values)]
+    parts = [record_periodograms(s, frame)[0].mean(axis=0) for s in each]
     return Section(
         'What do the recorded inputs make of the record?',
         (f'The recorded input {names} was used: what the model makes of it is predicted, and only '

@@ -90,7 +90,8 @@ class InputTopics:
                 continue
             batch = [raw.popleft() for _ in range(len(raw))]
             stamps, values = source.read(batch, self._note)
-            stamps, values = (np.concatenate(pair) for pair in zip(self._read[i], (stamps, values)))
+            stamps, values = (np.concatenate(pair)
+                              for pair in zip(self._read[i], (stamps, values)))
             if len(stamps):
                 # a jump of the clock back begins anew
                 recent = (stamps > stamps[-1] - self.kept_s * 1e9) & (stamps <= stamps[-1] + 1e9)

@@ -16,7 +16,8 @@ def folder(tmp_path_factory):
     """Return a folder of a model and of two bags, one with a gain that only the input shows."""
     folder = tmp_path_factory.mktemp('bags')
     save_model(MODEL, folder / 'model.npz')
-    for name, more in (('plain', []), ('gain', ['--effect', 'sensor_gain:channel=tip,scale=1.05'])):
+    gain = ['--effect', 'sensor_gain:channel=tip,scale=1.05']
+    for name, more in (('plain', []), ('gain', gain)):
         assert main(['simulate', str(folder / 'bags' / name), '--model',
                      str(folder / 'model.npz'), '--duration-s', '240', '--record-input',
                      *more]) == 0

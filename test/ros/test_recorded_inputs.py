@@ -74,7 +74,8 @@ def test_an_input_that_does_not_come_is_said(bench, model):
 
 
 @pytest.mark.parametrize('text, said', [
-    (':wrench.force.x', 'must be /topic:field'), ('/t:mass.x', 'must be /topic:field'), ('/t:wrench.force.x=sail', "no input 'sail'")])
+    (':wrench.force.x', 'must be /topic:field'), ('/t:mass.x', 'must be /topic:field'),
+    ('/t:wrench.force.x=sail', "no input 'sail'")])
 def test_entries_that_cannot_be_read(text, said):
     """One sentence each."""
     with pytest.raises(ValueError, match=said):
