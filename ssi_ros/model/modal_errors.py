@@ -115,7 +115,7 @@ def declared_of_modes(model):
         of = f'mode {k + 1}'
         found += [(f'{FREQUENCY} {of}', given.frequency[k]), (f'{DAMPING} {of}', given.damping[k])]
         found += [(f'{PARTICIPATION} {of} {d.name}', std)
-                  for d, std in zip(model.drives, given.participation[k]) if d.level > 0.0]
+                  for d, std in zip(model.drives, given.participation[k])]
         found += [(f'{SHAPE} {of} {s.name}', row[k]) for s, row in zip(model.sensors, given.shape)]
     found += [(f'{GAIN} {s.name}', std) for s, std in zip(model.sensors, given.gain)]
     kept = [(n, s) for n, s in found if s > 0.0]

@@ -105,7 +105,7 @@ def test_the_verbs_take_it(tmp_path, capsys):
     file, real = str(tmp_path / 'model.npz'), str(tmp_path / 'real.npz')
     save_model(model(), file)
     save_model(twin(), real)
-    assert main(['model', '--model', file]) == 0
+    assert main(['model', file]) == 0
     assert 'frequency 1 %, damping 30 %' in capsys.readouterr().out
     bag, out = str(tmp_path / 'healthy'), str(tmp_path / 'calibrated.npz')
     assert main(['simulate', bag, '--model', real, '--duration-s', '1800']) == 0
@@ -116,7 +116,7 @@ def test_the_verbs_take_it(tmp_path, capsys):
     assert 'the calibrated model explains' in capsys.readouterr().out
     assert main(['diagnose', bag, '--model', out, '--effects', 'sensor_gain', '--no-pairs']) == 0
     assert 'WITHIN_FLOOR' in capsys.readouterr().out
-    assert main(['model', '--model', out]) == 0
+    assert main(['model', out]) == 0
     assert 'calibrated on healthy' in capsys.readouterr().out
 
 
