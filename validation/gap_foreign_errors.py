@@ -16,6 +16,7 @@ import time
 from examples.shear_building import shear_building
 import numpy as np
 from ssi_ros.effects import inject, parse_effect, simulate_setup
+from ssi_ros.gap.diagnosis import p_value_text, probability_text
 from ssi_ros.gap.driver import diagnose
 from ssi_ros.gap.nominal.model import ModelNominal
 from ssi_ros.model.errors import Calibration, declared
@@ -46,7 +47,8 @@ def line(what, nominal, samples):
     begin = time.process_time()
     found = diagnose(ModelNominal(nominal), samples)
     print(f'| {what} | {found.outcome} | {" + ".join(found.verdict["effects"])} | '
-          f'{found.verdict["probability"]:.2f} | {found.gap["p_value"]:.2g} | '
+          f'{probability_text(found.verdict["probability"])} | '
+          f'{p_value_text(found.gap["p_value"])} | '
           f'{time.process_time() - begin:.0f} |', flush=True)
     return found
 
