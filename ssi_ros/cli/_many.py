@@ -30,6 +30,7 @@ class Job:
     effects: tuple = ()
     pairs: bool = True
     channels: tuple = ()
+    inputs: tuple = ()
 
 
 def run_many(args):
@@ -38,7 +39,7 @@ def run_many(args):
 
     folder = args.many
     for value, word in ((args.html, '--html'), (args.markdown, '--markdown'),
-                        (args.apply, '--apply'), (args.input, '--input')):
+                        (args.apply, '--apply')):
         if value is not None:
             raise ValueError(f'{word} belongs to a single bag; leave it out with --many')
     answers = args.json or folder / ANSWERS
@@ -84,11 +85,14 @@ def job_of(args):
     """Return the Job of the options."""
     if args.model and args.reference:
         raise ValueError('give --model or --reference, not both')
+    if args.input and args.reference:
+        raise ValueError('--input is predicted by a model; give --model in place of --reference')
     names = tuple(n.strip() for n in args.effects.split(',')) if args.effects else ()
     # a worker elsewhere has another working folder
     model, reference, settings = (str(Path(p).resolve()) if p else ''
                                   for p in (args.model, args.reference, args.settings))
-    return Job(model, reference, settings, names, not args.no_pairs, tuple(args.channel or ()))
+    return Job(model, reference, settings, names, not args.no_pairs, tuple(args.channel or ()),
+               tuple(args.input or ()))
 
 
 def diagnose_one(job, name, bag, answers):
@@ -119,9 +123,11 @@ def _diagnosis(job, bag):
         channels = [parse_channel(c) for c in job.channels] or None
         return diagnose(RecordedNominal(nominal), read_samples(bag, 0.0, channels), settings,
                         **options)
+    from ssi_ros.cli._inputs import read_inputs
     from ssi_ros.gap.nominal.model import ModelNominal
     samples = read_samples(bag, nominal.rate_hz)
-    return diagnose(ModelNominal(nominal, present), samples, settings, **options)
+    inputs = read_inputs(bag, job.inputs, nominal, samples)
+    return diagnose(ModelNominal(nominal, present, inputs), samples, settings, **options)
 
 
 @lru_cache(maxsize=2)
@@ -176,7 +182,7 @@ def _same_run(path, job):
     mine = json.loads(json.dumps(asdict(job)))
     if path.exists():
         before = json.loads(path.read_text())
-        other = [k for k in mine if mine[k] != before.get(k)]
+        other = [k for k in mine if mine[k] != before.get(k, [])]
         if other:
             raise ValueError(
                 f'{path.parent} holds the answers of a run with other ' + ', '.join(

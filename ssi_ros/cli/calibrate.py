@@ -6,8 +6,8 @@ of every mode, inertia of the hub, gains and places of the sensors) goes to its 
 value; of a model in .npz or .mat what its `uncertainty_...` declare. Levels of the inputs are free
 in each recording; what a recorded input (--input) makes of it is predicted. What stays unknown is
 kept with the model, and `ssi_ros diagnose --model CALIBRATED` counts with it. Several recordings
-add their scatter. Exit code 0: the calibrated model explains the healthy recordings, 1: it does not, and says what
-is not explained.
+add their scatter. Exit code 0: the calibrated model explains the healthy recordings, 1: it does
+not, and says what is not explained.
 """
 from pathlib import Path
 
@@ -34,8 +34,8 @@ def add_arguments(parser):
                         help='with a model in .npz or .mat: a numeric field of the bags, in the '
                         'order of the channels of the model; repeatable')
     parser.add_argument('--output', type=Path, metavar='FILE', required=True,
-                        help='write the calibrated model there, for --model of other verbs; .npz for '
-                        'a model in .npz or .mat')
+                        help='write the calibrated model there, for --model of other verbs; .npz '
+                        'for a model in .npz or .mat')
     add_input(parser)
     parser.add_argument('--settings', metavar='FILE', help='YAML as config/diagnosis.yaml')
     parser.add_argument('--json', type=Path, metavar='FILE', help='write what moved there')

@@ -74,7 +74,8 @@ def run(args):
     if args.json:
         write_whole(args.json, json.dumps(found.to_json(), indent=1) + '\n')
     if args.html or args.markdown:
-        write_pages(found, args, _view(found, nominal, samples, settings))
+        write_pages(found, args, _view(found, nominal, samples, settings),
+                    _of_inputs(found, nominal, samples, settings))
     if args.apply:
         best = found.candidates[0]
         if not best.built:
@@ -159,17 +160,27 @@ def _view(found, nominal, samples, settings):
     return reference_view(*both, settings)
 
 
-def write_pages(found, args, view):
+def _of_inputs(found, nominal, samples, settings):
+    """Return the sections of a page on recorded inputs."""
+    from ssi_ros.report.input_section import input_section
+
+    if getattr(nominal, 'inputs', None) is None or found.outcome == 'TOO_LITTLE_DATA':
+        return ()
+    return (input_section(nominal, samples, settings),)
+
+
+def write_pages(found, args, view, more=()):
     """Write the HTML page and the Markdown that were asked for; see `report.diagnosis_page`."""
     from ssi_ros.report.diagnosis_page import diagnosis_markdown, diagnosis_page
 
     words = {'bag': str(args.bag), 'nominal': ' '.join(filter(None, (
         f'--model {args.model or "config/spacecraft.yaml"}'
         if args.model or not args.reference else '',
-        f'--reference {args.reference}' if args.reference else '')))}
+        f'--reference {args.reference}' if args.reference else '',
+        *(f'--input {text}' for text in args.input or ()))))}
     for path, make in ((args.html, diagnosis_page), (args.markdown, diagnosis_markdown)):
         if path:
-            write_whole(path, make(found, view, **words))
+            write_whole(path, make(found, view, more=more, **words))
             print(f'wrote {path}')
 
 

@@ -253,7 +253,8 @@ def assemble_model(model):
         sensor=model.output, dofs=model.freedoms, inputs=tuple(d.name for d in model.drives),
         channels=tuple(s.name for s in model.sensors), excitation=tuple(parts),
         chain=(Noise(tuple(s.noise_rms for s in model.sensors)),), rate_hz=model.rate_hz,
-        measured=tuple(KINDS[s.kind][0] for s in model.sensors), quadrature=model.quadrature), model)
+        measured=tuple(KINDS[s.kind][0] for s in model.sensors),
+        quadrature=model.quadrature), model)
 
 
 def modal_model(frequencies_hz, damping_ratios, shapes, participation, **names):

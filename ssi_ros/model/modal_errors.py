@@ -92,8 +92,8 @@ def modal_uncertainty(model, **given):
                              f'or {" x ".join(map(str, size))} for {_WHAT[kind]}') from None
         wrong = values[~((values >= 0.0) & (values <= MOST[kind]))]
         if wrong.size:
-            raise ValueError(f'uncertainty_{kind} holds {wrong[0]:g}; a standard deviation must be '
-                             f'0 to {MOST[kind]:g}')
+            raise ValueError(f'uncertainty_{kind} holds {wrong[0]:g}; a standard deviation must '
+                             f'be 0 to {MOST[kind]:g}')
         found[kind] = tuple(map(tuple, values.tolist())) if len(size) == 2 else tuple(
             values.tolist())
     for name in given:
@@ -115,7 +115,7 @@ def declared_of_modes(model):
         of = f'mode {k + 1}'
         found += [(f'{FREQUENCY} {of}', given.frequency[k]), (f'{DAMPING} {of}', given.damping[k])]
         found += [(f'{PARTICIPATION} {of} {d.name}', std)
-                  for d, std in zip(model.drives, given.participation[k]) if d.level > 0.0]
+                  for d, std in zip(model.drives, given.participation[k])]
         found += [(f'{SHAPE} {of} {s.name}', row[k]) for s, row in zip(model.sensors, given.shape)]
     found += [(f'{GAIN} {s.name}', std) for s, std in zip(model.sensors, given.gain)]
     kept = [(n, s) for n, s in found if s > 0.0]

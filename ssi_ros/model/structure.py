@@ -13,8 +13,8 @@ from scipy.linalg import block_diag, eigh
 
 from ssi_ros.model.errors import Calibration, numbers_at, PROBE_M, with_errors
 from ssi_ros.model.excitation import White
-from ssi_ros.model.modal_errors import numbers_of_modes
 from ssi_ros.model.linear_model import assemble_model, LinearModel
+from ssi_ros.model.modal_errors import numbers_of_modes
 from ssi_ros.model.plate import plate_modes
 from ssi_ros.model.sensors import Noise
 from ssi_ros.model.spacecraft import INFINITE, on_array

@@ -6,7 +6,7 @@ from ssi_ros.report.markdown import markdown
 from ssi_ros.report.page import page
 
 
-def diagnosis_page(diagnosis, view=None, *, bag='BAG', nominal='--model MODEL.yaml'):
+def diagnosis_page(diagnosis, view=None, *, bag='BAG', nominal='--model MODEL.yaml', more=()):
     """
     Return a diagnosis as an HTML page that needs no network.
 
@@ -18,6 +18,8 @@ def diagnosis_page(diagnosis, view=None, *, bag='BAG', nominal='--model MODEL.ya
         Curves, of `view_of`, or of `gap_view.reference_view`.
     bag, nominal : str
         For the title and the commands; `nominal` is '--model FILE' or '--reference BAG'.
+    more : tuple of Section
+        Behind the others, as `input_section` of recorded inputs.
 
     Returns
     -------
@@ -26,14 +28,14 @@ def diagnosis_page(diagnosis, view=None, *, bag='BAG', nominal='--model MODEL.ya
     """
     found = diagnosis.to_json()
     return page(f'Diagnosis of {bag}', summary(found), diagnosis_sections(
-        found, view, bag=bag, nominal=nominal))
+        found, view, bag=bag, nominal=nominal) + tuple(more))
 
 
-def diagnosis_markdown(diagnosis, view=None, *, bag='BAG', nominal='--model MODEL.yaml'):
+def diagnosis_markdown(diagnosis, view=None, *, bag='BAG', nominal='--model MODEL.yaml', more=()):
     """Return the same as Markdown, without the pictures."""
     found = diagnosis.to_json()
     return markdown(f'Diagnosis of {bag}', summary(found), diagnosis_sections(
-        found, view, bag=bag, nominal=nominal))
+        found, view, bag=bag, nominal=nominal) + tuple(more))
 
 
 def view_of(diagnosis, spacecraft, samples, settings=DiagnosisSettings(), present=()):

@@ -24,6 +24,7 @@ from ssi_ros.ros.identifier_settings import SampleInput
 from ssi_ros.ros.intake import Intake, waits_for, watches
 from ssi_ros.ros.last_rows import LastRows
 from ssi_ros.ros.node import run, StageNode
+from ssi_ros.ros.recorded_inputs import InputTopics
 from ssi_ros.ros.worker import Background, diagnose_to_json
 from std_msgs.msg import Bool, Float64, Float64MultiArray, String
 from std_srvs.srv import Trigger
@@ -40,7 +41,7 @@ class GapNode(StageNode):
     def __init__(self, **kwargs):
         super().__init__('gap', **kwargs)
         self._publishers_made, self._services_made = [], []   # rclpy has `_services`
-        self._intake = self._worker = self._look = self._last = None
+        self._intake = self._worker = self._look = self._last = self._inputs = None
         self._preparation, self._background = Background(), Background(niceness=5)
         self._waiting = []
 
@@ -50,6 +51,7 @@ class GapNode(StageNode):
         self._diagnosis = load_settings(task.diagnosis or None)
         self._effects = tuple(effect_class(e).name for e in task.effects if e) or None
         self._intake = Intake(self, source, self._spacecraft.rate_hz, self._take, together=True)
+        self._inputs = InputTopics(self, source, task, self._spacecraft)
         names = [n.rsplit('/', 1)[-1] for n in self._intake.names]
         order_of(self._spacecraft, names)
         self._numbers = {n: self._advertise(Float64, f'~/{n}', 100)
@@ -108,6 +110,8 @@ class GapNode(StageNode):
             self.destroy_timer(self._look)
         if self._intake is not None:
             self._intake.release()
+        if self._inputs is not None:
+            self._inputs.release()
         if self._worker is not None:
             self._worker.stop()
         for publisher in self._publishers_made:
@@ -115,7 +119,7 @@ class GapNode(StageNode):
         for service in self._services_made:
             self.destroy_service(service)
         self._publishers_made, self._services_made = [], []
-        self._intake = self._worker = self._look = None
+        self._intake = self._worker = self._look = self._inputs = None
 
     def settings_changed(self, source, task, settings):
         """Take another alarm rate or share of missing rows."""
@@ -151,6 +155,9 @@ class GapNode(StageNode):
     def _diagnose(self, response, header):
         """Begin the diagnosis that a caller waits for."""
         record = None if self._last is None else self._last.samples()
+        inputs = unread = None
+        if record is not None:
+            inputs, unread = self._inputs.beside(record)
         if self._background.busy:
             why = (f'a diagnosis runs, {100 * self._background.share:.0f} % done; its answer will '
                    'be on ~/diagnosis')
@@ -159,11 +166,14 @@ class GapNode(StageNode):
         elif why := self._intake.apart_words() or refusal(
                 record, self.settings[1].diagnosis_missing_share):
             self.get_logger().warning(why)
+        elif unread:
+            why = f'no diagnosis: {unread}'
+            self.get_logger().warning(why)
         else:
             self._waiting.append((response, header))
             self._background.start(diagnose_to_json, self._spacecraft, record, self._diagnosis,
                                    present=self._present, effects=self._effects,
-                                   pairs=self._task.pairs)
+                                   pairs=self._task.pairs, inputs=inputs)
             self.get_logger().info(f'diagnosing the last {record.duration_s:.0f} s; '
                                    + missing_words(record))
             return

@@ -11,6 +11,10 @@ class GapTask:
 
     model: str = quantity('', live=False, doc='spacecraft YAML of the nominal simulator; empty = '
                           'the one that comes with the package')
+    inputs: tuple = quantity(
+        ('',), live=False, doc='recorded inputs of the model for ~/diagnose, entries '
+        '/topic[:field][=NAME] as of `ssi_ros diagnose --input`, or {topic: T, type: '
+        'pkg/msg/Type, field: F, name: NAME}; an empty entry is none')
     record_s: float = quantity(600.0, unit='s', low=10.0, high=86400.0, live=False,
                                doc='length of the record kept for ~/diagnose')
     diagnosis: str = quantity('', live=False, doc='settings of ~/diagnose, YAML as '

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import math
 import time
 
-from geometry_msgs.msg import AccelStamped
+from geometry_msgs.msg import AccelStamped, WrenchStamped
 import numpy as np
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
@@ -19,6 +19,7 @@ from ssi_ros.bag.names import check_topic
 from ssi_ros.effects import load_configuration, parse_effect
 from ssi_ros.effects.stream import stream_setup
 from ssi_ros.quantity import quantity
+from ssi_ros.ros.drawn_inputs import DrawnInputs
 from ssi_ros.ros.messages import status, time_of
 from ssi_ros.ros.node import Audience, run, StageNode
 from std_msgs.msg import Float64MultiArray, MultiArrayDimension, MultiArrayLayout
@@ -52,6 +53,9 @@ class Simulation:
                                    doc='publish /clock also at speed 1')
     batch: bool = quantity(False, live=False,
                            doc='publish accelerometer/batch too: blocks of rows in one message')
+    record_input: bool = quantity(
+        False, live=False, doc='publish what drives the model too, each input that has a level: '
+        'topics /input/NAME, WrenchStamped, for `inputs` of the gap node')
     reliable: bool = quantity(False, live=False,
                               doc='publish reliable in place of sensor-data quality of service')
     wait_for_subscribers: int = quantity(
@@ -92,6 +96,12 @@ class SimulatorNode(StageNode):
                          for name in self._names]
         self._batch = (self._advertise(Float64MultiArray, f'{settings.namespace}/batch', qos)
                        if settings.batch else None)
+        self._drawn = None
+        if settings.record_input:
+            self._drawn = DrawnInputs(spacecraft, self._effects, settings)
+            self._drawn.publishers = [self._advertise(WrenchStamped, topic, qos)
+                                      for topic, _ in self._drawn.channels]
+            self.get_logger().info('inputs ' + ' '.join(map(':'.join, self._drawn.channels)))
         if settings.publish_clock or settings.speed != 1.0:
             self._clock_publisher = self._advertise(Clock, '/clock', 10)
         self._audience = Audience(self._sensors, settings.wait_for_subscribers)
@@ -142,7 +152,9 @@ class SimulatorNode(StageNode):
         stamps = self._start_ns + self._block.stamps_ns()
         self._encoded = [encode_accel(stamps, self._block.values[:, i], name)
                          for i, name in enumerate(self._names)]
-        self._there = ~np.isnan(self._block.values).any(axis=1)
+        if self._drawn is not None:
+            self._drawn.draw(len(stamps))
+        self._stamps, self._there = stamps, ~np.isnan(self._block.values).any(axis=1)
         self._at = 0
 
     def _due(self, settings):
@@ -195,6 +207,8 @@ class SimulatorNode(StageNode):
             if self._there[k]:               # else the row was dropped
                 for publisher, encoded in zip(self._sensors, self._encoded):
                     publisher.publish(encoded[k])
+                if self._drawn is not None:
+                    self._drawn.publish(k, int(self._stamps[k]))
         if self._batch is not None:
             rows = self._block.values[self._at:self._at + n]
             first = self._start_ns + int(self._block.stamps_ns()[self._at])

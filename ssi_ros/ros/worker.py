@@ -76,11 +76,12 @@ class Background:
             self.process = self.pipe = self._launch = None
 
 
-def diagnose_to_json(spacecraft, samples, settings, *, present=(), **options):
+def diagnose_to_json(spacecraft, samples, settings, *, present=(), inputs=None, **options):
     """Return `diagnose(...)` as the plain data of its JSON form."""
     from ssi_ros.gap.driver import diagnose
     from ssi_ros.gap.nominal.model import ModelNominal
-    return diagnose(ModelNominal(spacecraft, present), samples, settings, **options).to_json()
+    return diagnose(ModelNominal(spacecraft, present, inputs), samples, settings,
+                    **options).to_json()
 
 
 def _work(pipe, niceness, work, args, options):

@@ -128,3 +128,11 @@ def test_an_error_of_nothing_that_is_there(name):
     """A calibration of another model."""
     with pytest.raises(ValueError, match='is not known|not of this model'):
         wrong(modes(), name, 0.01)
+
+
+def test_a_quiet_input_may_err_too():
+    """A recorded input has no random level of its own, and is still wrong in the model."""
+    model = modes()
+    model = replace(model, uncertainty=modal_uncertainty(model, **STDS))
+    quiet = replace(model, drives=(replace(DRIVES[0], level=0.0), DRIVES[1]))
+    assert declared(quiet)[0] == declared(model)[0]

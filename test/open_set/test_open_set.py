@@ -150,3 +150,10 @@ def test_p_values_join():
     assert beside(1e-8, 'curve', usual) == pytest.approx(1e-8)
     assert beside(1e-8, 'curve', {**usual, 'curve': [1e-8] * 5}) > 0.01
     assert beside(1e-8, 'curve', {**usual, 'input': [1e-99] * 5}) == 1.0
+
+
+def test_a_family_that_simulated_records_do_not_hold():
+    """Of a model without geometry some detections alone have a family: no error, and no credit."""
+    assert beside(1e-4, 'spikes', {}) == 1e-4
+    # six simulated records as improbable as this one: it is what the model does
+    assert beside(1e-4, 'spikes', {'spikes': [1e-4] * 6}) > 0.1

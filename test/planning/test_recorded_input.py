@@ -7,7 +7,8 @@ from ssi_ros.cli.main import main
 from ssi_ros.model import Channel, Input, modal_model, save_model
 from ssi_ros.planning.identifiability import identifiability
 
-MODEL = modal_model([2.0, 5.0], 0.02, [[1.0, 0.6]], [[1.0, 0.1, 0.3], [0.7, 0.4, 0.1]], rate_hz=50.0,
+MODEL = modal_model([2.0, 5.0], 0.02, [[1.0, 0.6]], [[1.0, 0.1, 0.3], [0.7, 0.4, 0.1]],
+                    rate_hz=50.0,
                     drives=(Input('motor', 1.0), Input('wind', 0.2), Input('idle', 0.0)),
                     sensors=(Channel('tip', noise_rms=0.02),))
 

@@ -28,7 +28,7 @@ SOME = 'connection_stiffness', 'sensor_gain', 'mode_damping'
 
 @lru_cache
 def model():
-    """Return the building with errors of an untested model, wind on the roof alone."""
+    """Return the building with errors of an untested model."""
     plain = shear_building()
     return replace(plain, uncertainty=modal_uncertainty(
         plain, frequency=0.01, damping=0.3, participation=0.03, shape=0.03, gain=0.001))
@@ -93,7 +93,7 @@ def test_a_wrong_model_calibrated_names_a_softer_spring():
     z = (found.fit.values - np.array(twin().calibration.values)) / np.sqrt(
         np.diag(found.fit.covariance))
     assert np.sqrt(np.mean(z ** 2)) < 1.5 and found.explains
-    quiet = diagnose(ModelNominal(found.spacecraft), record(2), effects=SOME, pairs=False)
+    quiet = diagnose(ModelNominal(found.spacecraft), record(2))
     assert quiet.outcome == 'WITHIN_FLOOR'
     soft = diagnose(ModelNominal(found.spacecraft), record(3, SOFT), effects=SOME, pairs=False)
     assert soft.verdict['effects'] == ('connection_stiffness',)
@@ -105,7 +105,7 @@ def test_the_verbs_take_it(tmp_path, capsys):
     file, real = str(tmp_path / 'model.npz'), str(tmp_path / 'real.npz')
     save_model(model(), file)
     save_model(twin(), real)
-    assert main(['model', '--model', file]) == 0
+    assert main(['model', file]) == 0
     assert 'frequency 1 %, damping 30 %' in capsys.readouterr().out
     bag, out = str(tmp_path / 'healthy'), str(tmp_path / 'calibrated.npz')
     assert main(['simulate', bag, '--model', real, '--duration-s', '1800']) == 0
@@ -116,7 +116,7 @@ def test_the_verbs_take_it(tmp_path, capsys):
     assert 'the calibrated model explains' in capsys.readouterr().out
     assert main(['diagnose', bag, '--model', out, '--effects', 'sensor_gain', '--no-pairs']) == 0
     assert 'WITHIN_FLOOR' in capsys.readouterr().out
-    assert main(['model', '--model', out]) == 0
+    assert main(['model', out]) == 0
     assert 'calibrated on healthy' in capsys.readouterr().out
 
 

@@ -1,8 +1,7 @@
 """Calibration on recordings whose input was recorded: what it makes of them is predicted."""
 from dataclasses import replace
-from pathlib import Path
-import sys
 
+import craft
 import numpy as np
 import pytest
 from ssi_ros.bag import write_samples
@@ -11,9 +10,6 @@ from ssi_ros.cli.main import main
 from ssi_ros.effects import inject, parse_effect, save_configuration, simulate_setup
 from ssi_ros.model import assemble
 from ssi_ros.updating.calibrate import calibrate
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'updating'))
-import craft            # noqa: E402
 
 TORQUE = '/input/torque_x:wrench.torque.x'
 
