@@ -43,7 +43,7 @@ class LiveSettings:
                                  doc='highest frequency used, as a share of half of the rate')
     band_bins: int = quantity(8, low=1, high=1000, live=False,
                               doc='frequency bins of a band of the meter')
-    missing_share: float = quantity(0.1, low=0.0, high=0.5,
+    missing_share: float = quantity(0.005, low=0.0, high=0.5,
                                     doc='a hop that lacks more of its rows is left out')
     false_alarm_every_s: float = quantity(
         2592000.0, unit='s', low=600.0, high=1e10,

@@ -13,7 +13,7 @@ from ssi_ros.gap.candidate import Candidate
 from ssi_ros.integrity.values import runs
 
 REACH = 30      # rows on each side that a missing one is conditioned on
-LONGEST = 30    # rows in a row that can be filled
+LONGEST = 10    # rows in a row that can be filled: longer ones made false alarms
 
 
 def autocovariance(simulator):
