@@ -89,7 +89,7 @@ def test_errors_take_back_what_an_effect_moves():
 
 def test_a_wrong_model_calibrated_names_a_softer_spring():
     """Errors within their deviations, no alarm on a healthy record, the effect in its place."""
-    found = calibrate(model(), [record(50)], names=['healthy'])
+    found = calibrate(model(), [record(51)], names=['healthy'])
     z = (found.fit.values - np.array(twin().calibration.values)) / np.sqrt(
         np.diag(found.fit.covariance))
     assert np.sqrt(np.mean(z ** 2)) < 1.5 and found.explains
