@@ -101,9 +101,11 @@ def conclude(case):
     ranked, shares = [case.ranked[i] for i in order], shares[order]
     found = [_explanation(case, r, p) for r, p in zip(ranked, shares)]
     tied, verdict = _class_of(case, found, ranked, shares)
-    if none > LIMITS['decides'].value:
+    # an effect that is less probable than none is not named
+    quiet = none > min(LIMITS['decides'].value, verdict['probability'])
+    if quiet:
         verdict = {**NO_VERDICT, 'probability': none}
-    outcome, reason = _outcome(case, best, found[0], tied, (none, unknown, shares.sum()))
+    outcome, reason = _outcome(case, best, found[0], tied, (quiet, unknown, shares.sum()))
     if outcome == 'UNEXPLAINED':
         # that it is none of these, not the nearest of them
         verdict = {**NO_VERDICT, 'probability': unknown}
@@ -145,13 +147,13 @@ def separate_by(names):
 
 def _outcome(case, best, top, tied, shares):
     """Return the outcome and the sentence that says why."""
-    none, unknown, known = shares
+    quiet, unknown, known = shares
     words = ' + '.join(top.effects)
     removed = '' if np.isnan(top.closed) else f'removes {100 * top.closed:.0f} % of the gap and '
     removed += ('leaves nothing above its floor'
                 if best.deviations <= LIMITS['residual_deviations'].value else
                 f'leaves {best.deviations:.1f} standard deviations above its floor')
-    if none > LIMITS['decides'].value:
+    if quiet:
         return 'WITHIN_FLOOR', (
             f'no effect explains the record better than chance does (p = '
             f'{p_value_text(case.gap["p_value"])}); the nearest is {words}')
