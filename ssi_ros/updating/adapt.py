@@ -26,7 +26,7 @@ class Adapted:
 
 
 def adapt(simulator, samples, settings, progress=lambda share: None, *, before=None,
-          candidate=Candidate()):
+          candidate=Candidate(), steps=None):
     """
     Move a model onto a record, as far as its declared uncertainty makes that probable.
 
@@ -44,6 +44,8 @@ def adapt(simulator, samples, settings, progress=lambda share: None, *, before=N
         Where to begin.
     candidate : Candidate
         What the record may have beside; its numbers are fitted together with the errors.
+    steps : int, optional
+        Of the last stage at most.
 
     Returns
     -------
@@ -55,7 +57,7 @@ def adapt(simulator, samples, settings, progress=lambda share: None, *, before=N
                                + before.simulator.shift(candidate))
     found = fit_errors(simulator.spacecraft, [samples], names, stds, settings, before=start,
                        present=simulator.present, candidate=candidate,
-                       recorded=(simulator.recorded,), progress=progress)
+                       recorded=(simulator.recorded,), steps=steps, progress=progress)
     return Adapted(_keeping_modes(simulator, names, stds, found.values, found.candidate), found)
 
 
@@ -74,7 +76,7 @@ def _keeping_modes(simulator, names, stds, values, around=Candidate()):
     return side.but(compensation=Compensation(side, names, stds, around))
 
 
-def beside(simulator, samples, settings, before, candidate):
+def beside(simulator, samples, settings, before, candidate, steps=None):
     """
     Return the model moved onto a record together with a candidate.
 
@@ -86,6 +88,8 @@ def beside(simulator, samples, settings, before, candidate):
         Where to begin.
     candidate : Candidate
         With all its effects.
+    steps : int, optional
+        Of the fit at most; as many as of `fit_errors` by default.
 
     Returns
     -------
@@ -96,7 +100,8 @@ def beside(simulator, samples, settings, before, candidate):
     """
     try:
         if is_plain(before.simulator, before.fit.levels[0], candidate):
-            return adapt(simulator, samples, settings, before=before, candidate=candidate)
+            return adapt(simulator, samples, settings, before=before, candidate=candidate,
+                         steps=steps)
     except IMPOSSIBLE:
         pass
     return None

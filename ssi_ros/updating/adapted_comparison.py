@@ -9,7 +9,10 @@ from ssi_ros.gap.nominal.model_comparison import ModelComparison
 from ssi_ros.updating.adapt import Adapted, beside
 from ssi_ros.updating.prior import stand
 
-ROUNDS = 4              # of twenty steps, for the best candidates
+FIRST_STEPS = 8         # of a fit of a candidate and all errors, before the best are chosen
+STEPS = 20              # of theirs, in a round
+ROUNDS = 4              # at most
+REFUTED = 100.0         # nats, to second order
 LEAST_GAIN = 0.1        # nats, of one round
 
 
@@ -37,6 +40,12 @@ class AdaptedComparison(ModelComparison):
         """Return the Side that a fit stands on."""
         return self._sides.get(id(fit.state), (None, self.here))[1]
 
+    def needs_errors(self, fit):
+        """Return whether the record refutes that the errors beside a fit are zero."""
+        found = self.side(fit).adapted.fit
+        unit = found.values / found.stds
+        return unit @ found.information @ unit / 2 > REFUTED
+
     def templates_of(self, fit):
         """Return the templates around the errors that a fit stands at."""
         side = self.side(fit)
@@ -53,7 +62,7 @@ class AdaptedComparison(ModelComparison):
         if fold is None and candidate.effects:
             if start and start.candidate == candidate and id(start.state) in self._sides:
                 return self._finished(start) if thorough else start     # it is there already
-            found = self._together(candidate, start or self.null)
+            found = self._together(candidate, start or self.null, thorough)
             if found is not None:
                 return found
         found = super()._fit(candidate, start, fold, thorough)
@@ -62,10 +71,12 @@ class AdaptedComparison(ModelComparison):
     def _finished(self, found):
         """Return a fit that more steps do not raise: along a ridge they are short."""
         for _ in range(ROUNDS):
-            more = self._together(found.candidate, found)
-            if more is None or more.log_likelihood < found.log_likelihood + LEAST_GAIN:
+            more = self._together(found.candidate, found, True)
+            if more is None:
                 break
-            found = more
+            gain, found = more.log_likelihood - found.log_likelihood, more
+            if gain < LEAST_GAIN:
+                break
         return found
 
     def _standing(self, found, side):
@@ -73,10 +84,10 @@ class AdaptedComparison(ModelComparison):
         self._sides[id(found.state)] = found, side
         return found
 
-    def _together(self, candidate, start) -> Fit:
+    def _together(self, candidate, start, thorough) -> Fit:
         """Return the fit of a candidate and all errors, None where only linear errors will do."""
         adapted = beside(self.bare, self.record.samples, self.settings, self.side(start).adapted,
-                         candidate)
+                         candidate, STEPS if thorough else FIRST_STEPS)
         if adapted is None:
             return None
         simulator, levels = adapted.simulator.but(compensation=None), adapted.fit.levels[0]
@@ -84,6 +95,6 @@ class AdaptedComparison(ModelComparison):
                      occam=adapted.fit.occam - self.occam, adapted=adapted)
         # it is at its best: steps with linear errors would only lead away from it
         found = fit(simulator, self.record.spectra, adapted.fit.candidate, levels, 0,
-                    side.uncertainty)
+                    side.uncertainty if thorough else None)
         return found and self._standing(fit_of(replace(
             found, covariance=adapted.fit.of_candidate), side), side)

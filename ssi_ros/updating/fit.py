@@ -182,7 +182,7 @@ class _Place:
 
 
 def fit_errors(spacecraft, samples, names, stds, settings, *, present=(), before=None,
-               candidate=Candidate(), recorded=(None,), progress=lambda share: None):
+               candidate=Candidate(), steps=None, recorded=(None,), progress=lambda share: None):
     """
     Fit the errors of a model to recordings.
 
@@ -202,6 +202,8 @@ def fit_errors(spacecraft, samples, names, stds, settings, *, present=(), before
         Where to begin; then only the last stage is made.
     candidate : Candidate
         Effects whose numbers are fitted beside.
+    steps : int, optional
+        Of the last stage at most.
     recorded : sequence of RecordedInputs or None
         Inputs that come before the channels of each of the samples; one alone serves all.
     progress : callable
@@ -228,7 +230,8 @@ def fit_errors(spacecraft, samples, names, stds, settings, *, present=(), before
             recordings = [_recording(spacecraft, s, settings, segment_s, (present, inputs))
                           for s, inputs in zip(samples, own)]
             last = number == len(schedule) - 1
-            here = climbed(recordings, stds, *at, LAST_STEPS if last else STAGE_STEPS)
+            here = climbed(recordings, stds, *at,
+                           (steps or LAST_STEPS) if last else STAGE_STEPS)
             if here is not None:            # else the next stage tries from the same place
                 at = here.logs.ravel(), here.unit * stds, here.candidate
             done += 1

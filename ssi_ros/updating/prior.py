@@ -1,5 +1,6 @@
 """What a nominal does not know of its own numbers, as directions of its expected spectrum."""
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -40,13 +41,26 @@ class ErrorPrior:
 
 @dataclass(frozen=True, eq=False)
 class Side:
-    """A model side that fits stand on, and what it does not know around itself."""
+    """A model side that fits stand on, made for a candidate at levels; see `stand`."""
 
     simulator: object
-    errors: ModelUncertainty        # directions of its errors; None of an exact model
+    prior: ErrorPrior       # None of an exact model
+    levels: np.ndarray
+    settings: object        # DiagnosisSettings
+    candidate: Candidate
     log_density: float      # of where its errors stand, and of how wide they may be there
     adapted: object = None  # the Adapted that it was made of
-    uncertainty: ModelUncertainty = None    # `around` the candidate that it was made for
+
+    @cached_property
+    def errors(self):
+        """Return the directions of its errors, a ModelUncertainty; None of an exact model."""
+        return self.prior and error_directions(
+            self.simulator, self.levels, self.prior, self.candidate)
+
+    @cached_property
+    def uncertainty(self):
+        """Return all that the model does not know around its candidate."""
+        return self.around(self.candidate, self.levels, self.settings)
 
     def around(self, candidate, levels, settings):
         """Return what the model does not know of its numbers, around a candidate."""
@@ -121,6 +135,5 @@ def stand(simulator, prior, levels, settings, candidate=Candidate(), *, occam=0.
     `prior` is an ErrorPrior, or None of an exact model; `occam` the log of posterior over prior
     volume of its errors, over that of the side without effects.
     """
-    errors = error_directions(simulator, levels, prior, candidate) if prior else None
-    side = Side(simulator, errors, (prior.log_density if prior else 0.0) + occam, adapted)
-    return replace(side, uncertainty=side.around(candidate, levels, settings))
+    return Side(simulator, prior, levels, settings, candidate,
+                (prior.log_density if prior else 0.0) + occam, adapted)

@@ -8,6 +8,7 @@ from ssi_ros.gap.check import match, TooLittleData
 from ssi_ros.gap.detectors import detect_in_samples
 from ssi_ros.gap.nominal.model_comparison import ModelComparison
 from ssi_ros.gap.nominal.simulator import Simulator
+from ssi_ros.gap.nominal.thresholds import LIMITS
 from ssi_ros.gap.selection.search import Search
 from ssi_ros.gap.selection.thresholds import SELECTION
 from ssi_ros.gap.spectra.imputation import completed, without_clipped
@@ -73,7 +74,9 @@ class ModelNominal:
         as_it_is = ModelComparison(simulator, record, settings, effects, levels, progress, prior)
         if prior or spacecraft.uncertainty.exact or _explains(as_it_is):
             return as_it_is
-        best, explains = _best(as_it_is)
+        # what is as far as this is wrong itself, more probably than one effect is so large
+        wrong = as_it_is.goodness_of_fit(as_it_is.null).lost > LIMITS.wrong_model.value
+        best, explains = (None, False) if wrong else _best(as_it_is)
         if explains:
             return as_it_is
         if self.inputs is None:
@@ -81,10 +84,12 @@ class ModelNominal:
         else:
             adapted, record = adapted_beside(spacecraft, simulator, record, settings, progress)
         moved = AdaptedComparison(simulator, adapted, record, settings, effects, progress)
-        if best is None or _explains(moved):
+        if _explains(moved):
             return moved
         there = next(iter(_search(moved).singles()), None)
-        return as_it_is if there and best.log_evidence > there.log_evidence else moved
+        if wrong and not (there and moved.needs_errors(there.fit)):
+            best, _ = _best(as_it_is)
+        return as_it_is if best and there and best.log_evidence > there.log_evidence else moved
 
     def ready(self, samples, settings):
         """Return the model of the channels there are, its side, a Record and its levels."""
