@@ -101,8 +101,8 @@ def conclude(case):
     ranked, shares = [case.ranked[i] for i in order], shares[order]
     found = [_explanation(case, r, p) for r, p in zip(ranked, shares)]
     tied, verdict = _class_of(case, found, ranked, shares)
-    # an effect that is less probable than none is not named
-    quiet = none > min(LIMITS['decides'].value, verdict['probability'])
+    # what is less probable than that nothing is wrong is not said
+    quiet = none > min(LIMITS['decides'].value, max(verdict['probability'], unknown))
     if quiet:
         verdict = {**NO_VERDICT, 'probability': none}
     outcome, reason = _outcome(case, best, found[0], tied, (quiet, unknown, shares.sum()))
