@@ -3,9 +3,9 @@ Hold the probabilities of answers against how often they are right.
 
     python -m validation.gap_probability alone.jsonl calibrated.jsonl
 
-The files are those of `validation.gap_campaign` and `validation.gap_nominal`. An answer is right if
-the effect that was put in is in the class that it names, or if it says WITHIN_FLOOR of a record
-without effect; its probability is that of the verdict.
+The files are those of `validation.gap_campaign` and `validation.gap_nominal`. An answer is right
+if the effect that was put in is in the class that it names, or if it says WITHIN_FLOOR of a
+record without effect; its probability is that of the verdict.
 """
 import argparse
 import json

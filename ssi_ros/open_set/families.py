@@ -53,7 +53,7 @@ def findings(record, input_values, inside):
 
     """
     modes = modes_of(record)
-    of_modes = [of_mode(m, record.duration_s, FASTEST_HZ) for m in modes]
+    of_modes = [of_mode(m, record.duration_s, FASTEST_HZ, record.known) for m in modes]
     numbers = [p for m in of_modes for p in m.pair]
     gains = [of_channel(record, i, FASTEST_HZ) for i in range(len(record.channels))]
     found = {

@@ -34,6 +34,12 @@ class Product:
         z = score / np.sqrt((np.abs(spectra) ** 2 * self.power[1:]).sum(axis=1) / 2)
         return np.sign(z) * np.sqrt(2 * self._of_gaussian(z ** 2 / 2))
 
+    def without(self, constant, mean):
+        """Return it without what a constant error makes of it, of such a spectrum, (a,)."""
+        # `mean` is that of F(0) where there is no error
+        return replace(self, spectrum=self.spectrum - (self.spectrum[0].real - mean)
+                       / constant[0].real * constant[:len(self.spectrum)])
+
     @property
     def ratios(self):
         """Return |F|^2 over its mean, (a - 1,), without offset 0: exponential by chance."""
@@ -54,10 +60,16 @@ class ModeProducts:
     energy: np.ndarray          # (q,), |z|^2
 
 
-def of_mode(mode, duration_s, most_hz):
-    """Return the ModeProducts of a Mode, up to an offset in Hz."""
+def of_mode(mode, duration_s, most_hz, known=True):
+    """
+    Return the ModeProducts of a Mode, up to an offset in Hz.
+
+    Where its numbers are not `known` better than the record shows them, what a constant error of
+    them makes of the products, which is their energy, is taken out.
+    """
     count = int(most_hz * duration_s)
-    energy = np.fft.irfft(_correlated(mode.state.conj(), mode.state, count)[count:], 2 * count)
+    of_energy = _correlated(mode.state.conj(), mode.state, count)[count:]
+    energy = np.fft.irfft(of_energy, 2 * count)
     # mu and z are correlated: the product goes with the energy
     slope = (np.delete(_correlated(mode.cross, mode.state_power, count), count).sum()
              / np.delete(_correlated(mode.state_power, mode.state_power, count), count).sum())
@@ -66,11 +78,12 @@ def of_mode(mode, duration_s, most_hz):
         cross=mode.cross - slope * mode.state_power,
         adjoint_power=mode.adjoint_power - 2 * (slope * mode.cross.conj()).real
         + np.abs(slope) ** 2 * mode.state_power)
-    return ModeProducts(_pair(mode, duration_s, count), _pair(clean, duration_s, count),
-                        np.maximum(energy, 0.0))
+    pair, clean = (_pair(m, duration_s, count, None if known else of_energy)
+                   for m in (mode, clean))
+    return ModeProducts(pair, clean, np.maximum(energy, 0.0))
 
 
-def _pair(mode, duration_s, count):
+def _pair(mode, duration_s, count, constant):
     both = _correlated(mode.adjoint.conj(), mode.state, count)
     power = np.maximum(_correlated(mode.adjoint_power, mode.state_power, count).real, 1e-300)
     pseudo = _correlated(mode.cross, mode.cross, count)
@@ -81,9 +94,11 @@ def _pair(mode, duration_s, count):
         # the part of delta that is real in this direction: Re of the product
         spectrum = (turn * ahead + (turn * behind).conj()) / 2
         variance = (power[count:] + power[count::-1]) / 4 + (turn ** 2 * pseudo[count:]).real / 2
-        found.append(Product(f'the {word} of the mode at {mode.frequency_hz:.2f} Hz', spectrum,
-                             np.maximum(variance, LEAST * power[count:]), duration_s, 2 * count,
-                             FREEDOM * mode.decays))
+        one = Product(f'the {word} of the mode at {mode.frequency_hz:.2f} Hz', spectrum,
+                      np.maximum(variance, LEAST * power[count:]), duration_s, 2 * count,
+                      FREEDOM * mode.decays)
+        found.append(one if constant is None else one.without(
+            constant, float((turn * mode.cross.sum()).real)))
     return tuple(found)
 
 
@@ -93,15 +108,23 @@ def _correlated(one, two, count):
 
 
 def of_channel(record, i, most_hz):
-    """Return the Product of the gain of channel `i` of a RecordSpectra, up to an offset in Hz."""
+    """
+    Return the Product of the gain of channel `i` of a RecordSpectra, up to an offset in Hz.
+
+    What the record knows of numbers of its model is as of `of_mode`.
+    """
     count, n = int(most_hz * record.duration_s), record.rows
     inverse = record.inverse[:, i, i].real
     own = np.linalg.inv(record.inverse)[:, i, i].real
     spectrum = np.fft.rfft(record.series(record.adjoint[:, i]) * record.series(
         record.recorded[:, i]))
     power = np.fft.rfft(record.series(inverse) * record.series(own)).real / n
-    return Product(f'the gain of {record.channels[i]}', spectrum[:count + 1],
-                   (power + 2 * len(inverse) / n ** 2)[:count + 1], record.duration_s, 2 * count)
+    found = Product(f'the gain of {record.channels[i]}', spectrum[:count + 1],
+                    (power + 2 * len(inverse) / n ** 2)[:count + 1], record.duration_s, 2 * count)
+    if record.known:
+        return found
+    series = record.series(np.sqrt(inverse) * record.recorded[:, i])
+    return found.without(np.fft.rfft(series ** 2), 2 * len(inverse) / n)
 
 
 def modulation(products):

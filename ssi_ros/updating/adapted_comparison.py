@@ -24,10 +24,7 @@ class AdaptedComparison(ModelComparison):
     linear change describes. So each candidate is fitted with all errors beside, and stands on a
     side of its own. What cannot be differentiated at once (joints with laws, levels that vary) is
     fitted on the side of the fit that it begins at, the errors as linear directions.
-    What is the opposite of an effect is an error of the model, and no gap by itself.
     """
-
-    moved = True
 
     def __init__(self, simulator, adapted: Adapted, record, settings, effects, progress):
         self.bare, self._sides, self._templates = simulator, {}, {}

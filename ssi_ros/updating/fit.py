@@ -21,6 +21,7 @@ from ssi_ros.gap.nominal.simulator import level_prior, Simulator
 from ssi_ros.gap.selection.evidence import log_prior_ratio
 from ssi_ros.gap.spectra.segmentation import frame_of
 from ssi_ros.model.errors import Calibration
+from ssi_ros.updating.correlation import correlation
 from ssi_ros.updating.slopes import plain_slopes, slopes
 
 LEAST_ROWS = 40         # of a segment
@@ -42,14 +43,9 @@ class ErrorFit:
     information: np.ndarray  # (m, m), of the recordings alone, in deviations, all else profiled
     levels: tuple           # of every recording
     log_likelihood: float   # with the prior
+    covariance: np.ndarray  # (m, m), what remains unknown of the values
     candidate: Candidate = Candidate()      # at its most probable numbers
     of_candidate: np.ndarray = None         # (q, q), covariance of its coordinates, errors out
-
-    @cached_property
-    def covariance(self):
-        """Return what remains unknown, (m, m)."""
-        inverse = np.linalg.inv(self.information + np.eye(len(self.values)))
-        return self.stds[:, None] * inverse * self.stds
 
     @property
     def occam(self):
@@ -148,12 +144,26 @@ class _Place:
         """Return score and information of the likelihood alone."""
         size = len(self.x)
         score, information = np.zeros(size), np.zeros((size, size))
-        for i, (index, white) in enumerate(zip(self._indices(), self.white)):
-            levels, more = self._of_others(i)
-            flat = np.concatenate([levels, self._of_errors(i), more])
+        for index, white, flat in zip(self._indices(), self.white, self.directions()):
             score[index] += white.weight * (flat @ white.excess[0])
             information[np.ix_(index, index)] += white.weight * (flat @ flat.T)
         return score, information
+
+    def directions(self):
+        """Yield the whitened derivatives of every recording by its levels and all else."""
+        for i in range(len(self.logs)):
+            levels, more = self._of_others(i)
+            yield np.concatenate([levels, self._of_errors(i), more])
+
+    def spread(self):
+        """Return root (p, s) of what a variance of the score has more than its information."""
+        found = []
+        for index, side, white, flat in zip(self._indices(), self.sides, self.white,
+                                            self.directions()):
+            own = correlation(side).parts(flat, white.lower[0])
+            found.append(np.zeros((len(self.x), own.shape[1])))
+            found[-1][index] = np.sqrt(white.weight) * own
+        return np.hstack(found)
 
     def _indices(self):
         """Yield where the levels of each recording and all else are in x."""
@@ -241,9 +251,9 @@ def fit_errors(spacecraft, samples, names, stds, settings, *, present=(), before
         raise ValueError('the errors of the model could not be fitted to the recording: its '
                          'spectrum is not finite')
     best = max(ends, key=lambda here: here.value)
-    of_errors, of_candidate = _profiled(best, scales_of(candidate))
+    of_errors, unknown, of_candidate = _profiled(best, scales_of(candidate))
     return ErrorFit(names, best.unit * stds, stds, of_errors, tuple(np.exp(best.logs)),
-                    best.value, best.candidate, of_candidate)
+                    best.value, stds[:, None] * unknown * stds, best.candidate, of_candidate)
 
 
 def climbed(recordings, stds, levels, values, candidate, steps):
@@ -283,7 +293,7 @@ def climbed(recordings, stds, levels, values, candidate, steps):
 
 
 def _profiled(here, scales):
-    """Return the information of the errors, (m, m), and the covariance of the coordinates."""
+    """Return the information of the errors, and covariances of them and of the coordinates."""
     _, information = here.of_recordings()
     levels, m = here.logs.size, len(here.unit)
     prior = np.concatenate([np.tile(here.prior, len(here.logs)), np.zeros(m),
@@ -292,13 +302,15 @@ def _profiled(here, scales):
     at = np.arange(len(information))
     errors, numbers = (at >= levels) & (at < levels + m), at >= levels + m
 
-    def alone(kept):
-        mixed = information[np.ix_(kept, ~kept)]
-        return information[np.ix_(kept, kept)] - mixed @ np.linalg.solve(
-            information[np.ix_(~kept, ~kept)], mixed.T)
-    of_errors = alone(errors)
+    mixed = information[np.ix_(errors, ~errors)]
+    of_errors = information[np.ix_(errors, errors)] - mixed @ np.linalg.solve(
+        information[np.ix_(~errors, ~errors)], mixed.T)
     information[errors, errors] += 1.0
-    return of_errors, covariance(alone(numbers), scales) if len(scales) else None
+    whole = covariance(information, np.append(np.ones(levels + m), scales))
+    more = whole @ here.spread()
+    whole += more @ more.T
+    return (of_errors, whole[np.ix_(errors, errors)],
+            whole[np.ix_(numbers, numbers)] if len(scales) else None)
 
 
 def _recording(spacecraft, samples, settings, segment_s, beside):

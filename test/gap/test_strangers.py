@@ -11,12 +11,12 @@ from ssi_ros.gap.driver import diagnose
 from ssi_ros.gap.inference.model_fit import fit
 from ssi_ros.gap.inference.unmodelled.scores import score_changes
 from ssi_ros.gap.inference.unmodelled.templates import make_change_templates
-from ssi_ros.gap.inference.unmodelled.variance import as_gaussian, energies
 from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.model import load_spacecraft
 from ssi_ros.model.excitation import Coloured, White
 from ssi_ros.model.uncertainty import EXACT
 from ssi_ros.updating.model_uncertainty import no_uncertainty
+from ssi_ros.updating.score_variance import as_gaussian, energies
 
 
 def exact_spacecraft():

@@ -4,8 +4,7 @@ The scatter of scores where segments are correlated, eq. (105f).
 What a lightly damped mode does in a segment rings on into the next ones. Where many segments of a
 record lie within one decay, as those of a short record or between gaps, scores scatter by up to
 two and a half times what independent segments say. Records of the model, cut alike, show by how
-much. Beside a model whose own errors are fitted the scores of slow modes are what is left of an
-effect, and scatter by half more than independent segments say with segments of any length.
+much.
 """
 from dataclasses import dataclass
 
@@ -35,10 +34,10 @@ class Scatter:
     bands: np.ndarray = 1.0     # (b,), largest distance of every band over that of theory
 
 
-def scatter_of(simulator, fitted, evidence, tests, always=False):
+def scatter_of(simulator, fitted, evidence, tests):
     """Return the Scatter of BootstrapTests around a Fit; 1 each where segments are long."""
     frame, settings, uncertainty = evidence.frame, tests.settings, tests.uncertainty
-    if not always and frame.span_s >= LIMITS.short_segment.value * settings.segment_s:
+    if frame.span_s >= LIMITS.short_segment.value * settings.segment_s:
         return Scatter()
     rows, draws = frame.begins[-1] + frame.rows, np.random.default_rng(SEED)
     period = 2 * next_fast_len(rows, real=True)

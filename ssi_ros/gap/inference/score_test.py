@@ -147,5 +147,9 @@ class Directions:
         for i, part in self.modulation.items():
             for j, other in self.modulation.items():
                 self.information[i, j] += np.sum(part * other) / frame.inflation
+        if frame.correlation:
+            more = frame.correlation.parts(self.flat, lower) - (
+                self.mixed @ self.inner @ frame.correlation.parts(self.basis, lower))
+            self.information += count * more @ more.T
         self.spread = np.sqrt(np.maximum(np.diag(self.information), 1e-30))
         self.cosine = self.information / np.outer(self.spread, self.spread)

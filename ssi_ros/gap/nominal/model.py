@@ -21,6 +21,7 @@ from ssi_ros.model.spacecraft import Spacecraft
 from ssi_ros.records import Samples
 from ssi_ros.updating.adapt import adapt
 from ssi_ros.updating.adapted_comparison import AdaptedComparison
+from ssi_ros.updating.correlation import correlated_beside
 from ssi_ros.updating.prior import known_by_recordings
 
 
@@ -71,6 +72,8 @@ class ModelNominal:
         record = replace(record, sought=tuple(n for n in effects if n not in there))
         calibration = spacecraft.calibration
         prior = known_by_recordings(calibration) if calibration.covariance else None
+        if prior:
+            simulator, record = correlated_beside(simulator, record)
         as_it_is = ModelComparison(simulator, record, settings, effects, levels, progress, prior)
         if prior or spacecraft.uncertainty.exact or _explains(as_it_is):
             return as_it_is
@@ -83,6 +86,8 @@ class ModelNominal:
             adapted = adapt(simulator, record.samples, settings, progress)
         else:
             adapted, record = adapted_beside(spacecraft, simulator, record, settings, progress)
+        side, record = correlated_beside(adapted.simulator, record)
+        simulator, adapted = simulator.but(frame=side.frame), replace(adapted, simulator=side)
         moved = AdaptedComparison(simulator, adapted, record, settings, effects, progress)
         if _explains(moved):
             return moved

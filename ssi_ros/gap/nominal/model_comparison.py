@@ -43,7 +43,6 @@ class ModelComparison(Comparison):
     """A model beside a record; see `ssi_ros.gap.comparison.Comparison`."""
 
     kind = 'model'
-    moved = False       # whether it stands at errors that were fitted to the record
     built, parameters = staticmethod(answer.built), staticmethod(answer.parameters)
 
     def __init__(self, simulator, record, settings, effects, levels, progress, prior=None):
@@ -124,13 +123,14 @@ class ModelComparison(Comparison):
         """Score all effects at once around a fit."""
         found = score(self.templates_of(fit), fit.state, self.record.spectra,
                       self.side(fit).uncertainty)
-        return answer.score_test_of(found, self.scatter.scores, self.moved)
+        # what is the opposite of an effect may be what is not known of the model
+        return answer.score_test_of(found, self.scatter.scores, bool(self.prior))
 
     @cached_property
     def scatter(self):
         """Return the Scatter of all tests, larger than 1 where segments are correlated."""
         return scatter_of(self.simulator, self.null.state, self.record.spectra, BootstrapTests(
-            self.templates, self.unmodelled, self.here.uncertainty, self.settings), self.moved)
+            self.templates, self.unmodelled, self.here.uncertainty, self.settings))
 
     def residual(self, fit):
         """Run all tests of the record against a fit."""
@@ -152,7 +152,7 @@ class ModelComparison(Comparison):
         # perhaps only the expected spectrum of the candidate is not exact
         floor = self.simulated_floor(fit, found, True)
         scores, p_values, found, odd = floor.against(test.state, changes, gap, found, odd)
-        test = answer.score_test_of(scores, signed=self.moved)
+        test = answer.score_test_of(scores, signed=bool(self.prior))
         return replace(answer.joined_tests(test, gap, p_values, found, odd, trials), floor=floor)
 
     def simulated_floor(self, fit, detections=(), odd=False):

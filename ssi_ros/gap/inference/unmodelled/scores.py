@@ -8,8 +8,8 @@ from ssi_ros.gap.comparison import Detection
 from ssi_ros.gap.detectors.thresholds import LIMITS as DETECTION
 from ssi_ros.gap.inference.score_test import directions, score, Scores
 from ssi_ros.gap.inference.thresholds import LIMITS
-from ssi_ros.gap.inference.unmodelled.variance import as_gaussian
 from ssi_ros.gap.inference.whittle import whiten_each
+from ssi_ros.updating.score_variance import as_gaussian
 
 SHAPES = 4              # half periods of a cosine over the record that a drift may have
 
@@ -33,7 +33,7 @@ def score_changes(templates, fitted, evidence, uncertainty, here=None):
 def score_constant(templates, fitted, evidence, uncertainty, here=None):
     """Return scores, as `score` does, of changes that stay over the record, (105b)."""
     found = score(templates, fitted, evidence, uncertainty, here)
-    z = found.z / [c.scatter for c in found.effects]
+    z = found.z if evidence.frame.correlation else found.z / [c.scatter for c in found.effects]
     return replace(found, z=as_gaussian(z, np.array([c.count for c in found.effects])))
 
 

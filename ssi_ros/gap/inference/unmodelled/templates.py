@@ -14,11 +14,11 @@ from ssi_ros.effects.points import single_modes, with_mode
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.inference.score_test import Directions, Templates
 from ssi_ros.gap.inference.thresholds import LIMITS
-from ssi_ros.gap.inference.unmodelled.variance import energies, score_std
 from ssi_ros.gap.inference.whittle import hermitian
 from ssi_ros.gap.spectra.expected_periodogram import power_of
 from ssi_ros.model.excitation import Coloured, source, White
 from ssi_ros.updating.model_uncertainty import no_uncertainty
+from ssi_ros.updating.score_variance import energies, score_std
 
 CORNERS_HZ = (0.1, 0.5, 2.0)    # of a slow torque
 TORQUE = 0.1            # of the nominal torque, rms

@@ -1,0 +1,75 @@
+"""What modes correlate: against the exact variance of a score, and against simulated records."""
+import numpy as np
+import pytest
+from ssi_ros.effects import effect_class
+from ssi_ros.gap.candidate import Candidate
+from ssi_ros.gap.inference.model_fit import fit
+from ssi_ros.gap.inference.score_test import Directions, make_templates, score
+from ssi_ros.gap.inference.unmodelled.templates import constant_templates
+from ssi_ros.gap.nominal.simulator import Simulator
+from ssi_ros.gap.nominal.starting_points import starting_points
+from ssi_ros.gap.settings import DiagnosisSettings
+from ssi_ros.gap.spectra.imputation import spectrum
+from ssi_ros.gap.spectra.segmentation import make_frame
+from ssi_ros.integrity.filling import record_of
+from ssi_ros.model import load_spacecraft
+from ssi_ros.records import Samples
+from ssi_ros.updating.adapt import standing
+from ssi_ros.updating.correlation import correlated
+from ssi_ros.updating.model_uncertainty import no_uncertainty
+from ssi_ros.updating.prior import error_directions, prior_of
+
+SECONDS = 600.0
+RECORDS = 40
+
+
+@pytest.fixture(scope='module')
+def side():
+    spacecraft = load_spacecraft()
+    frame = make_frame(60000, spacecraft.rate_hz, DiagnosisSettings())
+    return Simulator(spacecraft, frame, SECONDS)
+
+
+def spread(simulator, templates):
+    """Return the deviations of scores of templates around the nominal, (t,)."""
+    nominal, frame = simulator.expected(Candidate()), simulator.frame
+    model = nominal.at_nominal
+    return Directions(templates, model, nominal.shares, no_uncertainty(frame, model.shape[-1]),
+                      frame, frame.used).spread
+
+
+def test_a_slow_damping_scatters_as_exact_theory_says(side):
+    """The score of the slowest mode's damping, whose height few bins share and segments repeat."""
+    templates = constant_templates(side)
+    ratio = spread(correlated(side), templates) / spread(side, templates)
+    exact = np.array([c.scatter for c in templates.effects])
+    damped = np.array([c.damped is not None for c in templates.effects])
+    assert exact[damped].max() > 1.8
+    assert ratio[damped] == pytest.approx(exact[damped], rel=0.1)
+
+
+def test_the_proportions_of_channels_are_as_sharp_as_before(side):
+    """A gain shows in the noise beside a resonance, which no mode correlates."""
+    templates = make_templates(side, [effect_class('sensor_gain')(channel='e1_a', scale=1.01)])
+    assert spread(correlated(side), templates) / spread(side, templates) < 1.01
+
+
+def test_scores_beside_errors_have_the_variance_that_is_promised(side):
+    """Of what errors leave of a controller; without correlations its variance is 2.5 and more."""
+    names = 'attitude_controller', 'sensor_noise'
+    effects = starting_points([effect_class(n) for n in names], side.spacecraft)
+    templates = make_templates(side, effects)
+    known = correlated(side)
+    prior = prior_of(side.spacecraft)
+    draws, plain, found = np.random.default_rng(3), [], []
+    root = np.linalg.cholesky(spectrum(side, 2 * 60000, None))
+    errors = error_directions(standing(side, prior), np.ones(3), prior)
+    for _ in range(RECORDS):
+        values = record_of(root, draws)[:60000]
+        samples = Samples(values - values.mean(axis=0), side.frame.rate_hz, ('',) * 4)
+        evidence = side.evidence(samples)
+        fitted = fit(side, evidence)
+        plain.append(score(templates, fitted, evidence, errors).z)
+        found.append(score(templates, fitted, known.evidence(samples), errors).z)
+    assert np.var(plain, axis=0).max() > 2.0
+    assert np.all(np.var(found, axis=0) > 0.6) and np.var(found, axis=0).max() < 1.5
