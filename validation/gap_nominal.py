@@ -28,7 +28,8 @@ from ssi_ros.model import load_spacecraft
 from ssi_ros.model.errors import Calibration, declared
 from ssi_ros.model.uncertainty import Uncertainty
 from ssi_ros.updating.calibrate import calibrate
-from ssi_ros.updating.fit import climbed, Recording
+from ssi_ros.updating.error_place import Recording
+from ssi_ros.updating.fit import climbed
 from ssi_ros.updating.prior import error_directions, ErrorPrior, known_by_recordings
 from ssi_ros.updating.slopes import is_plain
 from validation.gap_campaign import draw, Oracle, SECONDS, summary

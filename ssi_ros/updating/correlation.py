@@ -5,7 +5,7 @@ A resonance narrower than a bin has one random height, which all bins that it le
 what a mode does in one segment rings on into the next. Of a mode of 0.36 Hz and half a per cent of
 damping the likelihood (97) counts five times what a record of ten segments of a minute holds. An
 effect of which the errors of a model leave little else, and numbers that are fitted to such bins,
-scatter accordingly, eq. (168) and (169) of docs/theory-gap.md. How channels move in proportion is
+scatter accordingly, eq. (192) of docs/theory-gap.md. How channels move in proportion is
 another matter: that is in the noise, which is independent.
 """
 from dataclasses import dataclass, replace

@@ -129,6 +129,16 @@ def test_a_model_alone_may_be_as_wrong_as_it_declares():
     assert quiet.outcome == 'WITHIN_FLOOR'
 
 
+def test_a_line_has_no_number_that_is_fitted_beside_errors():
+    """Its frequency and torque are those of its detection."""
+    found = diagnose(model(), record(
+        18, 'harmonic_disturbance:frequency_hz=7.3,torque_n_m=0.3', torque=0.7))
+    assert found.outcome == 'EXPLAINED' and found.verdict['effects'] == ('harmonic_disturbance',)
+    parameters = found.candidates[0].parameters
+    assert parameters['harmonic_disturbance.frequency_hz'].value == pytest.approx(7.3, abs=1e-3)
+    assert parameters['harmonic_disturbance.torque_n_m'].value == pytest.approx(0.3, rel=0.1)
+
+
 @pytest.mark.slow
 def test_a_fault_of_a_sensor_is_found_beside_errors_of_the_model():
     """Without a healthy recording."""

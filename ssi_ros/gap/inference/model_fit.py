@@ -146,7 +146,7 @@ class _Place:
         return score - mixed @ self.most, information - mixed @ self.inverse @ mixed.T
 
     def covariance(self, information, scales):
-        """Return what is unknown of all coordinates, of an information, eq. (169)."""
+        """Return what is unknown of all coordinates, of an information, eq. (164)."""
         found, correlation = covariance(information, scales), (
             self.problem.evidence.frame.correlation)
         if not correlation or len(self.whitened.lower) > 1:

@@ -1,0 +1,152 @@
+"""
+Where a fit of a model's errors stands: likelihood, score and information of all recordings.
+
+The coordinates are the logarithms of the levels of every recording, the errors in declared
+deviations, and the numbers of the effects beside, eq. (163) of docs/theory-gap.md.
+"""
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import repeat
+
+import numpy as np
+
+from ssi_ros.gap.candidate import Candidate
+from ssi_ros.gap.inference.model_fit import differences
+from ssi_ros.gap.inference.whittle import Evidence, hermitian, whiten
+from ssi_ros.gap.nominal.simulator import level_prior, Simulator
+from ssi_ros.updating.correlation import correlation
+from ssi_ros.updating.slopes import plain_slopes, slopes
+
+REUSED = 3              # steps that an information serves; the score is always that of the place
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """A recording cut for one stage, with the model side that goes with it."""
+
+    simulator: Simulator
+    evidence: Evidence
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """What stays the same in a stage."""
+
+    recordings: tuple
+    stds: np.ndarray        # (m,)
+    candidate: Candidate    # where its numbers begin
+
+
+class ErrorPlace:
+    """Where a fit stands: levels of every recording, errors in deviations, numbers of effects."""
+
+    def __init__(self, problem, x, before=None):
+        self.problem, self.x, self.before = problem, x, before
+        # what a place gave that many steps ago
+        self.information = before and before.information
+        self.age = before.age + 1 if before else 0
+        # by what errors change the matrices hardly depends on where they are
+        self.changes = before.changes if before else None
+        recordings, stds = problem.recordings, problem.stds
+        own = len(problem.candidate.point())
+        errors = len(x) - own - len(stds)
+        self.unit = x[errors:errors + len(stds)]
+        self.logs = x[:errors].reshape(len(recordings), -1)
+        self.candidate = problem.candidate.moved(x[errors + len(stds):])
+        self.prior = level_prior(self.logs.shape[1])
+        self.sides = [r.simulator.at_errors(self.unit * stds) for r in recordings]
+        self.now = [side.expected(self.candidate, np.exp(g))
+                    for side, g in zip(self.sides, self.logs)]
+        self.value = -np.inf
+        if all(n is not None for n in self.now):
+            self.white = [whiten(n.at(np.exp(g)), r.evidence)
+                          for n, g, r in zip(self.now, self.logs, recordings)]
+            self.value = (sum(w.likelihood for w in self.white)
+                          - float(self.unit @ self.unit) / 2
+                          - float(np.sum(self.prior * self.logs ** 2)) / 2)
+
+    def at(self, x):
+        """Return the place at other coordinates, None where the model cannot exist."""
+        there = ErrorPlace(self.problem, x, self)
+        return there if np.isfinite(there.value) else None
+
+    def gradient(self):
+        """Return score and information of the likelihood with its priors."""
+        if self.information is None or self.age == REUSED or None in self.before.plain:
+            self.before = None
+            score, self.information, self.age = *self.of_recordings(), 0
+        else:
+            score = self.score()
+        more = np.zeros(len(self.x) - self.logs.size - len(self.unit))
+        score = score - np.concatenate([(self.prior * self.logs).ravel(), self.unit, more])
+        prior = np.concatenate([np.tile(self.prior, len(self.logs)), np.ones(len(self.unit)),
+                                more])
+        return score, self.information + np.diag(prior)
+
+    @cached_property
+    def plain(self):
+        """Return the PlainSlopes of every recording, None where its spectrum is not plain."""
+        found = [plain_slopes(side, np.exp(g), self.problem.stds, self.candidate, changes)
+                 for side, g, changes in zip(self.sides, self.logs, self.changes or repeat(None))]
+        self.changes = [p and p.changes for p in found]
+        return found
+
+    def score(self):
+        """Return the score of the likelihood alone, where all spectra are plain."""
+        score = np.zeros(len(self.x))
+        for i, (index, plain, white) in enumerate(zip(self._indices(), self.plain, self.white)):
+            excess = hermitian(white.excess[0].reshape(white.lower[0].shape))
+            levels, more = (rows @ white.excess[0] for rows in self._of_others(i))
+            score[index] += white.weight * np.concatenate(
+                [levels, plain.score(white.lower[0], excess), more])
+        return score
+
+    def of_recordings(self):
+        """Return score and information of the likelihood alone."""
+        size = len(self.x)
+        score, information = np.zeros(size), np.zeros((size, size))
+        for index, white, flat in zip(self._indices(), self.white, self.directions()):
+            score[index] += white.weight * (flat @ white.excess[0])
+            information[np.ix_(index, index)] += white.weight * (flat @ flat.T)
+        return score, information
+
+    def directions(self):
+        """Yield the whitened derivatives of every recording by its levels and all else."""
+        for i in range(len(self.logs)):
+            levels, more = self._of_others(i)
+            yield np.concatenate([levels, self._of_errors(i), more])
+
+    def spread(self):
+        """Return root (p, s) of what a variance of the score has more than its information."""
+        found = []
+        for index, side, white, flat in zip(self._indices(), self.sides, self.white,
+                                            self.directions()):
+            own = correlation(side).parts(flat, white.lower[0])
+            found.append(np.zeros((len(self.x), own.shape[1])))
+            found[-1][index] = np.sqrt(white.weight) * own
+        return np.hstack(found)
+
+    def _indices(self):
+        """Yield where the levels of each recording and all else are in x."""
+        count = self.logs.shape[1]
+        for i in range(len(self.logs)):
+            yield np.append(np.arange(i * count, (i + 1) * count),
+                            np.arange(self.logs.size, len(self.x)))
+
+    def _of_others(self, i):
+        """Return the whitened derivatives by levels, (c, k l l), and by numbers of effects."""
+        now, logs, side = self.now[i], self.logs[i], self.sides[i]
+        levels = [np.exp(g) * s for g, s in zip(logs, now.shares)]
+        model = now.at(np.exp(logs))
+        more = differences(side, self.candidate, np.exp(logs), model, now.near)
+        found = self.white[i].directions([c.mean(axis=0, keepdims=True) for c in levels + more])
+        return found[:len(levels), 0], found[len(levels):, 0]
+
+    def _of_errors(self, i):
+        """Return the whitened derivatives by the errors in deviations, (m, k l l)."""
+        if self.plain[i]:
+            return self.plain[i].whitened(self.white[i].lower[0])
+        levels = np.exp(self.logs[i])
+        return self.white[i].directions([c.mean(axis=0, keepdims=True) for c in slopes(
+            self.sides[i], self.now[i].at(levels), levels, self.problem.stds, self.candidate)]
+            )[:, 0]
