@@ -1,6 +1,7 @@
 """A model that may be wrong, beside a record: every candidate at errors of its own."""
 from dataclasses import replace
 
+from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.comparison import Fit
 from ssi_ros.gap.inference.model_fit import fit
 from ssi_ros.gap.inference.score_test import make_templates
@@ -14,6 +15,7 @@ STEPS = 20              # of theirs, in a round
 ROUNDS = 4              # at most
 REFUTED = 100.0         # nats, to second order
 LEAST_GAIN = 0.1        # nats, of one round
+LEVEL_STEPS = 4         # of the levels without what is detected again
 
 
 class AdaptedComparison(ModelComparison):
@@ -27,7 +29,7 @@ class AdaptedComparison(ModelComparison):
     """
 
     def __init__(self, simulator, adapted: Adapted, record, settings, effects, progress):
-        self.bare, self._sides, self._templates = simulator, {}, {}
+        self.bare, self._sides, self._templates, self._detections = simulator, {}, {}, {}
         super().__init__(adapted.simulator, record, settings, effects, adapted.fit.levels[0],
                          progress, adapted.prior)
         self.occam = adapted.fit.occam
@@ -74,7 +76,44 @@ class AdaptedComparison(ModelComparison):
             gain, found = more.log_likelihood - found.log_likelihood, more
             if gain < LEAST_GAIN:
                 break
+        return self._detected_again(found)
+
+    def _detected_again(self, found):
+        """Return a fit whose detected effects are as they are beside its own errors."""
+        # errors that were fitted without a line have taken up a third of it
+        for _ in range(ROUNDS):
+            side, effects = self.side(found), found.candidate.effects
+            bare = None if all(e.spectral for e in effects) else fit(
+                side.simulator, self.record.spectra, Candidate(), side.levels, LEVEL_STEPS,
+                side.uncertainty)
+            if bare is None:
+                break
+            own = {d.effect: d for d in self.detections(
+                self._standing(fit_of(bare, side), side))[0]}
+            more = self._together(Candidate(tuple(
+                e if e.spectral or e.name not in own else own[e.name].basis
+                for e in effects)), found, True)
+            gain = more.log_likelihood - found.log_likelihood if more else 0.0
+            if gain <= 0.0:
+                break
+            found = more
+            self._detections[id(found.state)] = own
+            if gain < LEAST_GAIN:
+                break
         return found
+
+    def built(self, ranked, detections):
+        """Return the effects of a candidate as a simulator has to be given them."""
+        return super().built(ranked, self._own(ranked, detections))
+
+    def parameters(self, ranked, detections):
+        """Return the quantities of a candidate with their intervals, by `effect.quantity`."""
+        return super().parameters(ranked, self._own(ranked, detections))
+
+    def _own(self, ranked, detections):
+        """Return detections as they are beside the errors of a candidate."""
+        own = self._detections.get(id(ranked.fit.state), {})
+        return tuple(own.get(d.effect, d) for d in detections)
 
     def _standing(self, found, side):
         """Return a fit, its side kept."""

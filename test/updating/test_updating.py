@@ -136,7 +136,7 @@ def test_a_line_has_no_number_that_is_fitted_beside_errors():
     assert found.outcome == 'EXPLAINED' and found.verdict['effects'] == ('harmonic_disturbance',)
     parameters = found.candidates[0].parameters
     assert parameters['harmonic_disturbance.frequency_hz'].value == pytest.approx(7.3, abs=1e-3)
-    assert parameters['harmonic_disturbance.torque_n_m'].value == pytest.approx(0.3, rel=0.1)
+    assert parameters['harmonic_disturbance.torque_n_m'].value == pytest.approx(0.3, rel=0.05)
 
 
 @pytest.mark.slow
