@@ -39,10 +39,14 @@ class Correlation:
 
         Their products add to those of the directions what a variance of scores has more.
         """
+        each = directions.reshape(-1, len(lower), lower.shape[-1] ** 2)[:, self.bins]
+        return self.parts_of(each, lower)
+
+    def parts_of(self, each, lower):
+        """Return the same of directions in the bins alone, (p, m, l l)."""
         along = np.einsum('kij,kj->ki', lower[self.bins], self.shapes)
         along /= np.linalg.norm(along, axis=1)[:, None]
         heights = real_vectors(along[:, :, None] * along.conj()[:, None, :])
-        each = directions.reshape(-1, len(lower), heights.shape[1])[:, self.bins]
         return np.einsum('pki,ki->pk', each, heights) @ self.root
 
 

@@ -15,7 +15,7 @@ from ssi_ros.gap.inference.model_fit import differences
 from ssi_ros.gap.inference.whittle import Evidence, hermitian, whiten
 from ssi_ros.gap.nominal.simulator import level_prior, Simulator
 from ssi_ros.updating.correlation import correlation
-from ssi_ros.updating.slopes import plain_slopes, slopes
+from ssi_ros.updating.slopes import plain_slopes, slopes, summed_bins
 
 REUSED = 3              # steps that an information serves; the score is always that of the place
 
@@ -47,6 +47,7 @@ class ErrorPlace:
         self.age = before.age + 1 if before else 0
         # by what errors change the matrices hardly depends on where they are
         self.changes = before.changes if before else None
+        self._others, self._errors = {}, {}     # whitened derivatives of a recording
         recordings, stds = problem.recordings, problem.stds
         own = len(problem.candidate.point())
         errors = len(x) - own - len(stds)
@@ -74,11 +75,9 @@ class ErrorPlace:
         """Return score and information of the likelihood with its priors."""
         if self.information is None or self.age == REUSED or None in self.before.plain:
             self.before = None
-            score, self.information, self.age = *self.of_recordings(), 0
-        else:
-            score = self.score()
+            self.information, self.age = self.of_recordings(), 0
         more = np.zeros(len(self.x) - self.logs.size - len(self.unit))
-        score = score - np.concatenate([(self.prior * self.logs).ravel(), self.unit, more])
+        score = self.score() - np.concatenate([(self.prior * self.logs).ravel(), self.unit, more])
         prior = np.concatenate([np.tile(self.prior, len(self.logs)), np.ones(len(self.unit)),
                                 more])
         return score, self.information + np.diag(prior)
@@ -92,39 +91,48 @@ class ErrorPlace:
         return found
 
     def score(self):
-        """Return the score of the likelihood alone, where all spectra are plain."""
+        """Return the score of the likelihood alone."""
         score = np.zeros(len(self.x))
         for i, (index, plain, white) in enumerate(zip(self._indices(), self.plain, self.white)):
             excess = hermitian(white.excess[0].reshape(white.lower[0].shape))
             levels, more = (rows @ white.excess[0] for rows in self._of_others(i))
-            score[index] += white.weight * np.concatenate(
-                [levels, plain.score(white.lower[0], excess), more])
+            errors = (plain.score(white.lower[0], excess) if plain
+                      else self._quotients(i) @ white.excess[0])
+            score[index] += white.weight * np.concatenate([levels, errors, more])
         return score
 
     def of_recordings(self):
-        """Return score and information of the likelihood alone."""
-        size = len(self.x)
-        score, information = np.zeros(size), np.zeros((size, size))
-        for index, white, flat in zip(self._indices(), self.white, self.directions()):
-            score[index] += white.weight * (flat @ white.excess[0])
-            information[np.ix_(index, index)] += white.weight * (flat @ flat.T)
-        return score, information
-
-    def directions(self):
-        """Yield the whitened derivatives of every recording by its levels and all else."""
-        for i in range(len(self.logs)):
-            levels, more = self._of_others(i)
-            yield np.concatenate([levels, self._of_errors(i), more])
+        """Return the information of the likelihood alone, (p, p)."""
+        information = np.zeros((len(self.x), len(self.x)))
+        for i, (index, plain, white) in enumerate(zip(self._indices(), self.plain, self.white)):
+            every = np.arange(len(white.lower[0]))
+            bins, counts = summed_bins(plain.poles, self.sides[i].frame) if plain else (
+                every, np.ones(len(every)))
+            flat = self._directions(i, bins)
+            scaled = (flat * np.sqrt(white.weight * counts)[:, None]).reshape(len(flat), -1)
+            information[np.ix_(index, index)] += scaled @ scaled.T
+        return information
 
     def spread(self):
         """Return root (p, s) of what a variance of the score has more than its information."""
         found = []
-        for index, side, white, flat in zip(self._indices(), self.sides, self.white,
-                                            self.directions()):
-            own = correlation(side).parts(flat, white.lower[0])
+        for i, (index, white) in enumerate(zip(self._indices(), self.white)):
+            more = correlation(self.sides[i])
+            own = more.parts_of(self._directions(i, more.bins), white.lower[0])
             found.append(np.zeros((len(self.x), own.shape[1])))
             found[-1][index] = np.sqrt(white.weight) * own
         return np.hstack(found)
+
+    def _directions(self, i, bins):
+        """Return the whitened derivatives by levels and all else in bins, (p, b, l l)."""
+        lower, plain = self.white[i].lower[0], self.plain[i]
+
+        def there(rows, count=len(lower)):
+            return rows.reshape(-1, count, lower.shape[-1] ** 2)
+        levels, more = (there(rows)[:, bins] for rows in self._of_others(i))
+        errors = (there(plain.at(bins).whitened(lower[bins]), len(bins)) if plain
+                  else there(self._quotients(i))[:, bins])
+        return np.concatenate([levels, errors, more])
 
     def _indices(self):
         """Yield where the levels of each recording and all else are in x."""
@@ -135,6 +143,11 @@ class ErrorPlace:
 
     def _of_others(self, i):
         """Return the whitened derivatives by levels, (c, k l l), and by numbers of effects."""
+        if i not in self._others:
+            self._others[i] = self._differences(i)
+        return self._others[i]
+
+    def _differences(self, i):
         now, logs, side = self.now[i], self.logs[i], self.sides[i]
         levels = [np.exp(g) * s for g, s in zip(logs, now.shares)]
         model = now.at(np.exp(logs))
@@ -142,11 +155,12 @@ class ErrorPlace:
         found = self.white[i].directions([c.mean(axis=0, keepdims=True) for c in levels + more])
         return found[:len(levels), 0], found[len(levels):, 0]
 
-    def _of_errors(self, i):
-        """Return the whitened derivatives by the errors in deviations, (m, k l l)."""
-        if self.plain[i]:
-            return self.plain[i].whitened(self.white[i].lower[0])
-        levels = np.exp(self.logs[i])
-        return self.white[i].directions([c.mean(axis=0, keepdims=True) for c in slopes(
-            self.sides[i], self.now[i].at(levels), levels, self.problem.stds, self.candidate)]
-            )[:, 0]
+    def _quotients(self, i):
+        """Return the whitened difference quotients by the errors in deviations, (m, k l l)."""
+        if i not in self._errors:
+            levels = np.exp(self.logs[i])
+            self._errors[i] = self.white[i].directions([
+                c.mean(axis=0, keepdims=True) for c in slopes(
+                    self.sides[i], self.now[i].at(levels), levels, self.problem.stds,
+                    self.candidate)])[:, 0]
+        return self._errors[i]

@@ -21,6 +21,8 @@ PROBE = 1e-3            # of a size, for a difference quotient
 EXACT_PROBE = 1e-6      # for matrices, which are simple functions of the errors
 MATRICES = 'mass', 'damping', 'stiffness', 'sensor', 'input'
 BLOCK = 512             # bins that are whitened at a time
+LEAST_NEAR, WIDTHS = 6, 6.0         # bins, and half-power half-widths, that are near a resonance
+STRIDE = 8              # bins apart, elsewhere
 
 
 def slopes(simulator, base, levels, sizes, candidate=Candidate()):
@@ -51,6 +53,7 @@ class PlainSlopes:
     outputs: np.ndarray     # G, (1 or k, l, l): gains, cross-talk, delays
     of_gains: np.ndarray    # (p, l), relative, of the channels before all that
     changes: tuple          # of the matrices and of the gains, for places near by
+    poles: np.ndarray       # of the sampled system
 
     def score(self, lower, excess):
         """
@@ -64,6 +67,11 @@ class PlainSlopes:
         turned = gathered.reshape(self.terms.shape).swapaxes(-1, -2).reshape(len(gathered), -1)
         found = 2 * np.einsum('jc,jcp->p', turned, self.of_terms).real
         return found + self.of_gains @ (2 * np.einsum('kij,kji->i', self._spectrum(), pull).real)
+
+    def at(self, bins):
+        """Return the same in some bins alone."""
+        return replace(self, transforms=self.transforms[bins], outputs=self.outputs[bins] if len(
+            self.outputs) > 1 else self.outputs)
 
     def whitened(self, lower):
         """Return the whitened derivatives as real vectors, (p, k l l), in single precision."""
@@ -130,7 +138,28 @@ def plain_slopes(simulator, levels, sizes, candidate=Candidate(), changes=None):
     of_terms = np.concatenate(all_of_terms)
     return PlainSlopes(np.hstack(transforms), np.concatenate(all_terms),
                        of_terms.reshape(len(of_terms), -1, len(sizes)),
-                       _outputs(setup, frame), of_gains, changes)
+                       _outputs(setup, frame), of_gains, changes, found.poles)
+
+
+def summed_bins(poles, frame):
+    """
+    Return bins (b,) at which an information is summed, and how many each stands for, (b,).
+
+    Every bin near a resonance, where derivatives are sharp, and one of STRIDE where they are
+    smooth.
+    """
+    bins = np.arange(frame.first, frame.last)
+    near = np.zeros(len(bins), bool)
+    for pole in poles[np.abs(poles) > 1e-9]:
+        centre = np.abs(np.angle(pole)) * frame.rows / (2 * np.pi)
+        half_width = -np.log(np.abs(pole)) * frame.rows / (2 * np.pi)
+        near |= np.abs(bins - centre) < max(LEAST_NEAR, WIDTHS * half_width)
+    begins = near | (bins % STRIDE == 0)
+    begins[1:] |= near[:-1]
+    begins[0] = True
+    at = np.flatnonzero(begins)
+    counts = np.diff(np.append(at, len(bins)))
+    return at + counts // 2, counts
 
 
 def _colours(setup, levels, frame):
