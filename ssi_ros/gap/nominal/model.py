@@ -93,8 +93,9 @@ class ModelNominal:
             return moved
         there = next(iter(_search(moved).singles()), None)
         if wrong and not (there and moved.needs_errors(there.fit)):
-            best, _ = _best(as_it_is)
-        return as_it_is if best and there and best.log_evidence > there.log_evidence else moved
+            best, explains = _best(as_it_is)
+        as_probable = best and there and best.log_evidence > there.log_evidence
+        return as_it_is if explains or as_probable else moved
 
     def ready(self, samples, settings):
         """Return the model of the channels there are, its side, a Record and its levels."""
