@@ -83,7 +83,7 @@ class ModelNominal:
         if explains:
             return as_it_is
         if self.inputs is None:
-            adapted = adapt(simulator, record.samples, settings, progress)
+            adapted, record = _adapted(simulator, record, settings, progress)
         else:
             adapted, record = adapted_beside(spacecraft, simulator, record, settings, progress)
         side, record = correlated_beside(adapted.simulator, record)
@@ -112,9 +112,24 @@ class ModelNominal:
         if self.inputs is not None:
             simulator, samples, clipped = beside_inputs(simulator, samples, clipped, self.inputs)
             faults += faults_of_inputs(simulator, samples)
-        simulator, samples, recorded, levels = completed(simulator, samples, clipped, settings)
-        return spacecraft, simulator, Record(samples, recorded, detections, (), faults, notes
-                                             + _used(samples, simulator.frame)), levels
+        raw = samples, clipped
+        simulator, samples, recorded, levels = completed(simulator, *raw, settings)
+        filled = np.isnan(samples.values).sum() < np.isnan(raw[0].values).sum()
+        return spacecraft, simulator, Record(
+            samples, recorded, detections, (), faults, notes + _used(samples, simulator.frame),
+            raw if filled else ()), levels
+
+
+def _adapted(simulator, record, settings, progress):
+    """Return the model moved onto a record, and the record, its gaps filled by the moved model."""
+    adapted = adapt(simulator, record.samples, settings, progress)
+    if record.raw:
+        # what was filled by a model that is wrong is no motion of this structure
+        _, samples, spectra, _ = completed(
+            adapted.simulator.but(compensation=None), *record.raw, settings)
+        record = replace(record, samples=samples, spectra=spectra)
+        adapted = adapt(simulator, samples, settings, before=adapted)
+    return adapted, record
 
 
 def _used(samples, frame):
@@ -169,3 +184,4 @@ class Record:
     sought: tuple           # effects that detectors search: those that are not in the model
     faults: tuple = ()      # `Fault`s of the recorder
     notes: tuple = ()       # what was left out of it, in sentences
+    raw: tuple = ()         # where some were filled, the Samples before, and clipped values
