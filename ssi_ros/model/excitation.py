@@ -76,10 +76,17 @@ class White:
         return np.diag(variances)
 
 
+def layers(part):
+    """Yield what a part goes through, each Varying or Coloured, the outermost first."""
+    while isinstance(part, (Varying, Coloured)):
+        yield part
+        part = part.part
+
+
 def source(part):
     """Return what a part is before its level varies or its colour is taken."""
-    while isinstance(part, (Varying, Coloured)):
-        part = part.part
+    for layer in layers(part):
+        part = layer.part
     return part
 
 

@@ -17,7 +17,7 @@ from ssi_ros.effects.statistical_linearisation import linearise
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.inference.whittle import real_vectors
 from ssi_ros.model.disturbances import Chirp, Sine
-from ssi_ros.model.excitation import Coloured
+from ssi_ros.model.excitation import Coloured, layers, source
 from ssi_ros.model.statespace import stationary_divisor
 
 AROUND = 12             # bins on both sides of a mode that are followed
@@ -102,12 +102,10 @@ def _modal_powers(sampled, system):
     frequency_hz = np.abs(np.angle(sampled.poles)) * system.rate_hz / (2 * np.pi)
     total = np.zeros(len(sampled.poles))
     for part in system.excitation:
-        inner, colour = part, 1.0
-        while hasattr(inner, 'part'):
-            if isinstance(inner, Coloured):
-                colour = colour * inner.power(frequency_hz)
-            inner = inner.part
+        inner = source(part)
         if not isinstance(inner, (Sine, Chirp)):
+            colour = np.prod([layer.power(frequency_hz) for layer in layers(part)
+                              if isinstance(layer, Coloured)], axis=0)
             covariance = inner.covariance(system.rate_hz, system.inputs)
             total += colour * np.einsum(
                 'im,mn,in->i', sampled.b, covariance, sampled.b.conj()).real

@@ -47,7 +47,6 @@ class ErrorPlace:
         self.age = before.age + 1 if before else 0
         # by what errors change the matrices hardly depends on where they are
         self.changes = before.changes if before else None
-        self._others, self._errors = {}, {}     # whitened derivatives of a recording
         recordings, stds = problem.recordings, problem.stds
         own = len(problem.candidate.point())
         errors = len(x) - own - len(stds)
@@ -75,7 +74,7 @@ class ErrorPlace:
         """Return score and information of the likelihood with its priors."""
         if self.information is None or self.age == REUSED or None in self.before.plain:
             self.before = None
-            self.information, self.age = self.of_recordings(), 0
+            self.information, self.age = self.fisher(), 0
         more = np.zeros(len(self.x) - self.logs.size - len(self.unit))
         score = self.score() - np.concatenate([(self.prior * self.logs).ravel(), self.unit, more])
         prior = np.concatenate([np.tile(self.prior, len(self.logs)), np.ones(len(self.unit)),
@@ -95,19 +94,18 @@ class ErrorPlace:
         score = np.zeros(len(self.x))
         for i, (index, plain, white) in enumerate(zip(self._indices(), self.plain, self.white)):
             excess = hermitian(white.excess[0].reshape(white.lower[0].shape))
-            levels, more = (rows @ white.excess[0] for rows in self._of_others(i))
+            levels, more = (rows @ white.excess[0] for rows in self._others[i])
             errors = (plain.score(white.lower[0], excess) if plain
-                      else self._quotients(i) @ white.excess[0])
+                      else self._quotients[i] @ white.excess[0])
             score[index] += white.weight * np.concatenate([levels, errors, more])
         return score
 
-    def of_recordings(self):
-        """Return the information of the likelihood alone, (p, p)."""
+    def fisher(self):
+        """Return the Fisher information of the likelihood alone, (p, p)."""
         information = np.zeros((len(self.x), len(self.x)))
         for i, (index, plain, white) in enumerate(zip(self._indices(), self.plain, self.white)):
-            every = np.arange(len(white.lower[0]))
             bins, counts = summed_bins(plain.poles, self.sides[i].frame) if plain else (
-                every, np.ones(len(every)))
+                slice(None), np.ones(1))
             flat = self._directions(i, bins)
             scaled = (flat * np.sqrt(white.weight * counts)[:, None]).reshape(len(flat), -1)
             information[np.ix_(index, index)] += scaled @ scaled.T
@@ -129,9 +127,9 @@ class ErrorPlace:
 
         def there(rows, count=len(lower)):
             return rows.reshape(-1, count, lower.shape[-1] ** 2)
-        levels, more = (there(rows)[:, bins] for rows in self._of_others(i))
+        levels, more = (there(rows)[:, bins] for rows in self._others[i])
         errors = (there(plain.at(bins).whitened(lower[bins]), len(bins)) if plain
-                  else there(self._quotients(i))[:, bins])
+                  else there(self._quotients[i])[:, bins])
         return np.concatenate([levels, errors, more])
 
     def _indices(self):
@@ -141,26 +139,26 @@ class ErrorPlace:
             yield np.append(np.arange(i * count, (i + 1) * count),
                             np.arange(self.logs.size, len(self.x)))
 
-    def _of_others(self, i):
-        """Return the whitened derivatives by levels, (c, k l l), and by numbers of effects."""
-        if i not in self._others:
-            self._others[i] = self._differences(i)
-        return self._others[i]
+    @cached_property
+    def _others(self):
+        """Return whitened derivatives by levels, (c, k l l), and by effects, of each recording."""
+        found = []
+        for now, logs, side, white in zip(self.now, self.logs, self.sides, self.white):
+            levels = [np.exp(g) * s for g, s in zip(logs, now.shares)]
+            model = now.at(np.exp(logs))
+            more = differences(side, self.candidate, np.exp(logs), model, now.near)
+            each = white.directions([c.mean(axis=0, keepdims=True) for c in levels + more])[:, 0]
+            found.append((each[:len(levels)], each[len(levels):]))
+        return found
 
-    def _differences(self, i):
-        now, logs, side = self.now[i], self.logs[i], self.sides[i]
-        levels = [np.exp(g) * s for g, s in zip(logs, now.shares)]
-        model = now.at(np.exp(logs))
-        more = differences(side, self.candidate, np.exp(logs), model, now.near)
-        found = self.white[i].directions([c.mean(axis=0, keepdims=True) for c in levels + more])
-        return found[:len(levels), 0], found[len(levels):, 0]
-
-    def _quotients(self, i):
-        """Return the whitened difference quotients by the errors in deviations, (m, k l l)."""
-        if i not in self._errors:
-            levels = np.exp(self.logs[i])
-            self._errors[i] = self.white[i].directions([
+    @cached_property
+    def _quotients(self):
+        """Return whitened quotients by the errors, (m, k l l), None where `plain` serves."""
+        found = []
+        for plain, now, logs, side, white in zip(self.plain, self.now, self.logs, self.sides,
+                                                 self.white):
+            levels = np.exp(logs)
+            found.append(None if plain else white.directions([
                 c.mean(axis=0, keepdims=True) for c in slopes(
-                    self.sides[i], self.now[i].at(levels), levels, self.problem.stds,
-                    self.candidate)])[:, 0]
-        return self._errors[i]
+                    side, now.at(levels), levels, self.problem.stds, self.candidate)])[:, 0])
+        return found

@@ -158,7 +158,7 @@ def climbed(recordings, stds, levels, values, candidate, steps):
 
 def _profiled(here, scales):
     """Return the information of the errors, and covariances of them and of the coordinates."""
-    information = here.of_recordings()
+    information = here.fisher()
     levels, m = here.logs.size, len(here.unit)
     prior = np.concatenate([np.tile(here.prior, len(here.logs)), np.zeros(m),
                             LEAST_KNOWN / np.square(scales)])

@@ -55,7 +55,7 @@ def test_the_proportions_of_channels_are_as_sharp_as_before(side):
 
 
 def test_scores_beside_errors_have_the_variance_that_is_promised(side):
-    """Of what errors leave of a controller; without correlations its variance is 2.5 and more."""
+    """Of what errors leave of a controller; without correlations its variance is above 2."""
     names = 'attitude_controller', 'sensor_noise'
     effects = starting_points([effect_class(n) for n in names], side.spacecraft)
     templates = make_templates(side, effects)

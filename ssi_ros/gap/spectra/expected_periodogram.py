@@ -6,7 +6,7 @@ import numpy as np
 from ssi_ros.effects.edits import scale_stiffness
 from ssi_ros.effects.statistical_linearisation import LinearisationResidual, linearise
 from ssi_ros.model.disturbances import Chirp, Sine
-from ssi_ros.model.excitation import Coloured, Varying, White
+from ssi_ros.model.excitation import Coloured, layers, source, White
 from ssi_ros.model.sensors import Noise
 from ssi_ros.model.statespace import stationary_divisor
 
@@ -81,13 +81,12 @@ def steady(setup, frame, jitter_noise):
     sampling = _Sampling(setup, frame, jitter_noise)
     powers = powers_of(sampled.poles, frame.rows - 1)
     for part in system.excitation:
-        inner, colour, level = part, 1.0, None
-        while isinstance(inner, (Varying, Coloured)):
-            if isinstance(inner, Coloured):
-                colour = colour * inner.power(frame.frequencies_hz)[:, None, None]
+        inner, colour, level = source(part), 1.0, None
+        for layer in layers(part):
+            if isinstance(layer, Coloured):
+                colour = colour * layer.power(frame.frequencies_hz)[:, None, None]
             else:
-                level = inner
-            inner = inner.part
+                level = layer
         if isinstance(inner, (Sine, Chirp)):
             share = _line(inner, sampled, system, frame)
         else:
