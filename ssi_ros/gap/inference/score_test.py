@@ -61,6 +61,7 @@ class Scores:
     size: np.ndarray        # (t,), one-step estimate of the effect, in units of its starting value
     detection: np.ndarray   # (t,), mean of z for an effect at its starting value, d'
     cosine: np.ndarray      # (t, t), correlation of the scores, R of eq. (105)
+    skewness: np.ndarray = 0.0      # (t,), of large scores, whose tails count
 
     def gains(self):
         """Return the gain of the log likelihood that each promises; 0 for an impossible sign."""
@@ -74,7 +75,8 @@ class Scores:
         root = vectors * np.sqrt(np.maximum(values, 0.0))
         draws = np.random.default_rng(0).standard_normal((DRAWS, len(root))) @ root.T
         return tail_of_largest(*(np.where(sided, z, np.abs(z)).max(axis=-1)
-                                 for z in (self.z, draws)))
+                                 for z in (
+            as_gaussian(self.z, self.skewness + np.zeros(len(self.z))), draws)))
 
 
 def tail_of_largest(found, largest, least=0.0):
@@ -87,13 +89,8 @@ def tail_of_largest(found, largest, least=0.0):
     return float(-np.expm1(effective * np.log1p(-2 * norm.sf(found))))
 
 
-def score(templates, fitted, evidence, uncertainty, here=None, tails=True):
-    """
-    Return the Scores of all templates around a Fit.
-
-    `here` are Directions of one near by; with `tails`, scores of few periodograms are as far out
-    as Gaussian ones that are as improbable.
-    """
+def score(templates, fitted, evidence, uncertainty, here=None):
+    """Return the Scores of all templates around a Fit; `here` are Directions of one near by."""
     record = whiten(fitted.plain, evidence)
     here = here or directions(templates, fitted, evidence, uncertainty)
     total = record.excess.sum(axis=0).astype(np.float32)
@@ -109,11 +106,11 @@ def score(templates, fitted, evidence, uncertainty, here=None, tails=True):
                 else whiten_each(fitted.plain, evidence))
         for i, part in here.modulation.items():
             raw[i] += np.sum(part * each) / evidence.frame.inflation
-    z, far = raw / here.spread, np.array([], int)
-    if tails:
-        far = np.flatnonzero(np.abs(z) > FAR)
-        z[far] = as_gaussian(z[far], here.skewness(far))
-    return Scores(templates.effects, z, raw / here.spread ** 2, here.spread, here.cosine)
+    z, skewness = raw / here.spread, np.zeros(len(raw))
+    far = np.flatnonzero(np.abs(z) > FAR)
+    skewness[far] = here.skewness(far)
+    return Scores(templates.effects, z, raw / here.spread ** 2, here.spread, here.cosine,
+                  skewness)
 
 
 def directions(templates, fitted, evidence, uncertainty):

@@ -22,7 +22,7 @@ def alike(scores, names, limit):
     rows = np.flatnonzero(all_names == names[0]) if len(names) == 1 else []
     if len(rows):
         # the template that explains most stands for the effect
-        row = rows[np.argmax(np.abs(scores.size[rows] * scores.detection[rows]))]
+        row = rows[np.argmax(np.abs(scores.z[rows]))]
         found += list(all_names[np.abs(scores.cosine[row]) > limit])
     return tuple(dict.fromkeys(map(str, found)))
 

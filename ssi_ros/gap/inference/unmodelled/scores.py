@@ -32,7 +32,7 @@ def score_changes(templates, fitted, evidence, uncertainty, here=None):
 
 def score_constant(templates, fitted, evidence, uncertainty, here=None):
     """Return scores, as `score` does, of changes that stay over the record, (105b)."""
-    found = score(templates, fitted, evidence, uncertainty, here, tails=False)
+    found = score(templates, fitted, evidence, uncertainty, here)
     z = found.z if uncertainty.heights else found.z / [c.scatter for c in found.effects]
     # more energy than expected, of few independent ones, means less damping
     return replace(found, z=as_gaussian(
