@@ -15,7 +15,8 @@ class RecordSpectra:
 
     `poles`, `weights`, `outputs` and `inputs` are the sampled model in modal coordinates,
     z(k + 1) = poles z(k) + inputs u(k), y(k) = Re(outputs weights z(k)) + feed u(k), one of each
-    pair of poles; `covariance` is that of u at the levels of the record.
+    pair of poles; `covariance` is that of u at the levels of the record; `known` is whether the
+    numbers of the model are known better than the record shows them.
     """
 
     rate_hz: float
@@ -31,6 +32,7 @@ class RecordSpectra:
     feed: np.ndarray            # (l, m)
     covariance: np.ndarray      # (m, m)
     channels: tuple             # names
+    known: bool = True
 
     @property
     def frequencies_hz(self):
@@ -74,7 +76,7 @@ class Mode:
     decays: float               # of its amplitude in the record
 
 
-def record_spectra(system, levels, reconstruction, channels):
+def record_spectra(system, levels, reconstruction, channels, known=True):
     """
     Return the RecordSpectra of a record beside a System at levels of its white excitations.
 
@@ -88,7 +90,7 @@ def record_spectra(system, levels, reconstruction, channels):
     return RecordSpectra(
         r.rate_hz, r.rows, r.first, r.spectrum, r.inverse,
         np.einsum('kij,kj->ki', r.inverse, r.spectrum), sampled.poles, sampled.weight, sampled.c,
-        sampled.b, sampled.d, covariance, channels)
+        sampled.b, sampled.d, covariance, channels, known)
 
 
 def modes_of(record):
