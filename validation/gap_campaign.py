@@ -33,9 +33,7 @@ from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.gap.spectra.segmentation import make_frame, spectra
 from ssi_ros.model import load_spacecraft
 from ssi_ros.model.uncertainty import EXACT
-from ssi_ros.updating.correlation import correlated
 from ssi_ros.updating.model_uncertainty import no_uncertainty
-from ssi_ros.updating.prior import prior_of
 from validation.gap_reference import at_decibel
 
 SECONDS = 600.0
@@ -55,9 +53,6 @@ class Oracle:
         rows = round(SECONDS * spacecraft.rate_hz)
         self.frame = make_frame(rows, spacecraft.rate_hz, self.settings)
         self.simulator = Simulator(spacecraft, self.frame, SECONDS)
-        if prior_of(spacecraft):
-            self.simulator = correlated(self.simulator)
-            self.frame = self.simulator.frame
         samples = simulate_setup(inject(spacecraft, (), SECONDS), 1)
         self.samples = samples
         self.evidence = Evidence(self.frame, spectra(samples, self.frame),

@@ -28,6 +28,7 @@ from ssi_ros.model import load_spacecraft
 from ssi_ros.model.errors import Calibration, declared
 from ssi_ros.model.uncertainty import Uncertainty
 from ssi_ros.updating.calibrate import calibrate
+from ssi_ros.updating.correlation import heights_of
 from ssi_ros.updating.error_place import Recording
 from ssi_ros.updating.fit import climbed
 from ssi_ros.updating.prior import error_directions, ErrorPrior, known_by_recordings
@@ -66,7 +67,8 @@ def oracle_of(nominal, prior):
     """Return what sizes effects around a nominal known by its recordings."""
     oracle = Oracle(nominal)
     levels = np.ones(len(oracle.simulator.expected(Candidate()).names))
-    oracle.free = error_directions(oracle.simulator, levels, prior)
+    oracle.free = error_directions(oracle.simulator, levels, prior).and_of(
+        heights_of(oracle.simulator, Candidate(), levels, len(prior.names)))
     return oracle
 
 

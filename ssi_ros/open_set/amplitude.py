@@ -1,6 +1,7 @@
 """Frequencies that depend on the amplitude: joints that soften, friction, play."""
 import numpy as np
 
+from ssi_ros.open_set.outliers import of_kurtosis
 from ssi_ros.open_set.products import two_sided
 
 POWERS = 1.0, 0.5       # of the energy, with which a frequency may go
@@ -39,7 +40,10 @@ def distribution(modes):
         correlation = np.fft.ifft(mode.state_power, size)
         correlation = np.abs(correlation / correlation[0]) ** 2
         score = (energy ** 2 / 2 - 2 * energy + 1).sum()
-        z.append(score / np.sqrt(size * (correlation ** 2).sum()))
+        variance = size * (correlation ** 2).sum()
+        # the third moment of the polynomial is 10
+        third = 10 * (np.fft.fft(correlation).real ** 3).sum()
+        z.append(of_kurtosis(score / np.sqrt(variance), third / variance ** 1.5))
     best = int(np.argmax(np.abs(z)))
     return two_sided(np.array(z), len(z)), (
         f'the amplitude of the mode at {modes[best].frequency_hz:.2f} Hz is '

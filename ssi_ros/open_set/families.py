@@ -10,6 +10,7 @@ from ssi_ros.open_set.outliers import spikes, switching_input
 from ssi_ros.open_set.products import modulation, of_channel, of_mode, slow_variation
 from ssi_ros.open_set.spectra import modes_of
 
+EDGES = 2               # tapers from both ends of a record in which nothing is asked
 FASTEST_HZ = 1.0        # modulation that is tried
 LEAST = 1e-300          # p-value: smaller ones would have no logarithm
 LARGEST = 0.95          # p-value: one would have the tangent of minus infinity
@@ -17,12 +18,12 @@ DEPENDENT = 2.5         # factor of the joined p-value, of the same records
 FAR = 70.0              # -log p of motion that is far from Gaussian, p = 1e-30
 OWN = 3.0               # records that theory counts as, beside simulated ones
 # factor and power of the theoretical p-values: python -m validation.gap_unknown calibrate
-FAMILIES = {
-    'amplitude': (1.46, 0.80), 'distribution': (0.40, 0.43), 'asymmetry': (1.0, 1.0),
-    'curve': (0.88, 0.86), 'spikes': (0.8, 1.0), 'input': (0.67, 0.76),
-    'jump of a mode': (0.66, 0.45), 'modulation of a mode': (0.62, 0.84),
-    'slow variation of a mode': (0.79, 0.48), 'jump of a gain': (0.67, 0.83),
-    'modulation of a gain': (1.31, 0.94), 'slow variation of a gain': (0.62, 0.81)}
+FAMILIES = dict.fromkeys((
+    'amplitude', 'distribution', 'asymmetry', 'curve', 'spikes', 'input', 'jump of a mode',
+    'modulation of a mode', 'slow variation of a mode', 'jump of a gain', 'modulation of a gain',
+    'slow variation of a gain'), (1.0, 1.0)) | {
+        'distribution': (0.54, 0.64), 'curve': (0.90, 0.95), 'spikes': (0.8, 1.0),
+        'jump of a mode': (1.0, 0.9)}
 
 
 @dataclass(frozen=True)
@@ -53,11 +54,12 @@ def findings(record, input_values, inside):
 
     """
     modes = modes_of(record)
-    of_modes = [of_mode(m, record.duration_s, FASTEST_HZ, record.known) for m in modes]
+    edge = EDGES * inside.start / record.rows
+    of_modes = [of_mode(m, record.duration_s, FASTEST_HZ, edge) for m in modes]
     numbers = [p for m in of_modes for p in m.pair]
-    gains = [of_channel(record, i, FASTEST_HZ) for i in range(len(record.channels))]
+    gains = [of_channel(record, i, FASTEST_HZ, edge) for i in range(len(record.channels))]
     found = {
-        'curve': channel_curve(record), 'spikes': spikes(record, inside),
+        'curve': channel_curve(record, edge), 'spikes': spikes(record, inside),
         'input': switching_input(record, input_values, inside), 'jump of a gain': jump(gains),
         'modulation of a gain': modulation(gains),
         'slow variation of a gain': slow_variation(gains)}
@@ -65,7 +67,7 @@ def findings(record, input_values, inside):
     of_no_mode = dict.fromkeys(FAMILIES.keys() - found.keys(), (1.0, 'no mode was tested'))
     found |= {
         'amplitude': dependence_on_amplitude(of_modes), 'distribution': distribution(modes),
-        'asymmetry': asymmetry(record, modes), 'jump of a mode': jump(numbers),
+        'asymmetry': asymmetry(record, modes, edge), 'jump of a mode': jump(numbers),
         'modulation of a mode': modulation(numbers),
         'slow variation of a mode': slow_variation(numbers)} if modes else of_no_mode
     return tuple(Finding(name, calibrated(name, p_value), f'{text[0].upper()}{text[1:]}.')

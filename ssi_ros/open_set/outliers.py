@@ -7,17 +7,43 @@ from ssi_ros.open_set.products import two_sided
 
 ALONE = 0.6             # share of all channels that one has where it jumps alone
 CLEAR = 1e-4            # p-value from which a jump is named
+FACTORIAL = {3: 6.0, 4: 24.0}
 CORNERS_HZ = 0.5, 2.0, 8.0      # of the low-passed input
 
 
 def _cumulant(series, order):
-    """Return the standardised cumulant of a Gaussian series, by its own autocorrelation."""
+    """Return the cumulant of a Gaussian series, by its autocorrelation, as a Gaussian deviate."""
+    n = len(series)
     unit = (series - series.mean()) / series.std()
-    power = np.abs(np.fft.rfft(unit)) ** 2
-    correlation = np.fft.irfft(power, len(unit)) / len(unit)
-    factorial = {3: 6.0, 4: 24.0}[order]
-    variance = len(unit) * factorial * (correlation ** order).sum()
-    return float(hermeval(unit, np.eye(order + 1)[order]).sum() / np.sqrt(variance))
+    correlation = np.fft.irfft(np.abs(np.fft.rfft(unit)) ** 2, n) / n
+    variance = n * FACTORIAL[order] * (correlation ** order).sum()
+    z = hermeval(unit, np.eye(order + 1)[order]).sum() / np.sqrt(variance)
+    if order == 3:
+        return _of_skewness(float(z), FACTORIAL[order] * n ** 2 / variance)
+    # the third moment of He4 of a Gaussian series, 1728 sum r(a)^2 r(b)^2 r(a - b)^2
+    third = 1728 * (np.fft.fft(correlation ** 2).real ** 3).sum()
+    return of_kurtosis(float(z), third / variance ** 1.5)
+
+
+def _of_skewness(z, n):
+    """Return the deviate of a standardised skewness (D'Agostino, Biometrika 57, 1970)."""
+    n = max(n, 8.0)
+    beta = 3 * (n * n + 27 * n - 70) * (n + 1) * (n + 3) / (
+        (n - 2) * (n + 5) * (n + 7) * (n + 9))
+    square = np.sqrt(2 * (beta - 1)) - 1
+    return float(np.arcsinh(z / np.sqrt(2 / (square - 1))) / np.sqrt(np.log(square) / 2))
+
+
+def of_kurtosis(z, skewness):
+    """
+    Return the Gaussian deviate of a standardised kurtosis, of such skewness by chance.
+
+    Source: Anscombe and Glynn, Biometrika 70, 1983.
+    """
+    a = 6 + 8 / skewness * (2 / skewness + np.sqrt(1 + 4 / skewness ** 2))
+    shrunk = 1 + z * np.sqrt(2 / (a - 4))
+    return float((1 - 2 / (9 * a) - np.cbrt((1 - 2 / a) / max(shrunk, 1e-9)))
+                 / np.sqrt(2 / (9 * a)))
 
 
 def spikes(record, inside):

@@ -7,12 +7,14 @@ knows. What varies as phi(t) has the score sum_t s(t) phi(t), of variance sum_a 
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.ndimage import median_filter
 from scipy.signal import fftconvolve
 from scipy.stats import chi2, norm
 
 LEAST = 1e-4            # variance of a part over that of the whole product: rounding
 FREEDOM = 0.5           # independent values of a motion in one decay of its amplitude
 NEARLY, MOST_NAMED = 0.6, 2      # strength over the largest that is named beside it
+NEAR = 65               # offsets that show the scatter of one
 SLOW = 8                # cosines that a slow variation is the sum of
 
 
@@ -26,13 +28,15 @@ class Product:
     duration_s: float
     samples: int                # q
     freedom: float = np.inf     # independent values of the motion; few make heavy tails
+    edge: float = 0.0           # share of the record at both ends that is left out
 
-    def deviations(self, shapes, means=0.0):
-        """Return the standardised scores of shapes over time, (s, q), less their means, (s,)."""
-        spectra = np.fft.rfft(shapes, axis=-1)[:, 1:len(self.spectrum)]
-        score = (spectra.conj() * self.spectrum[1:]).real.sum(axis=1) - means
-        z = score / np.sqrt((np.abs(spectra) ** 2 * self.power[1:]).sum(axis=1) / 2)
-        return np.sign(z) * np.sqrt(2 * self._of_gaussian(z ** 2 / 2))
+    def deviations(self, shapes, shares=1.0):
+        """Return the standardised scores of shapes over time, (s, q), that shares (s,) decide."""
+        spectra = np.fft.rfft(self._inner(shapes), axis=-1)[:, 1:len(self.spectrum)]
+        score = (spectra.conj() * self.spectrum[1:]).real.sum(axis=1)
+        variance = (np.abs(spectra) ** 2 * self.power[1:]).sum(axis=1) / 2
+        z = score / np.sqrt(np.maximum(variance, 1e-300))       # 0 of a jump in what is left out
+        return np.sign(z) * np.sqrt(2 * self._of_gaussian(z ** 2 / 2, shares))
 
     def without(self, constant, mean):
         """Return it without what a constant error makes of it, of such a spectrum, (a,)."""
@@ -43,12 +47,34 @@ class Product:
     @property
     def ratios(self):
         """Return |F|^2 over its mean, (a - 1,), without offset 0: exponential by chance."""
-        return self._of_gaussian(np.abs(self.spectrum[1:]) ** 2 / self.power[1:])
+        return self._of_gaussian(self._squares)
 
-    def _of_gaussian(self, ratios):
+    @property
+    def _squares(self):
+        """Return |F|^2 over its mean, the ends of the record left out, (a - 1,)."""
+        spectrum = np.fft.rfft(self._inner(np.fft.irfft(self.spectrum, self.samples)))
+        return np.abs(spectrum[1:]) ** 2 / self.power[1:] / (1 - 2 * self.edge)
+
+    @property
+    def scattered(self):
+        """Return it with the variance that the record shows where that is above the model's."""
+        # Numbers that are a deviation off leave more of a resonance than noise. The median of many
+        # offsets tells, which a change in time hardly raises.
+        around = median_filter(self._squares, min(NEAR, len(self._squares)))
+        scatter = np.maximum(1.0, around / np.log(2))
+        return replace(self, power=self.power * np.append(1.0, scatter))
+
+    def _inner(self, series):
+        """Return series (..., q) less their means, and 0 at the ends of the record."""
+        # what a taper cuts off of slow modes is seen by many bins, which are not independent there
+        share = (np.arange(self.samples) + 0.5) / self.samples
+        inner = (share > self.edge) & (share < 1 - self.edge)
+        return inner * (series - series[..., inner].mean(axis=-1, keepdims=True))
+
+    def _of_gaussian(self, ratios, shares=1.0):
         """Return exponential variables as improbable as ratios to the mean of few values."""
-        return ratios if np.isinf(self.freedom) else (
-            self.freedom * np.log1p(ratios / self.freedom))
+        freedom = self.freedom * shares
+        return ratios if np.isinf(self.freedom) else freedom * np.log1p(ratios / freedom)
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,12 +86,12 @@ class ModeProducts:
     energy: np.ndarray          # (q,), |z|^2
 
 
-def of_mode(mode, duration_s, most_hz, known=True):
+def of_mode(mode, duration_s, most_hz, edge=0.0):
     """
     Return the ModeProducts of a Mode, up to an offset in Hz.
 
-    Where its numbers are not `known` better than the record shows them, what a constant error of
-    them makes of the products, which is their energy, is taken out.
+    What a constant error of its numbers makes of the products, which is their energy, is taken
+    out: no model is exact. `edge` is that of a Product.
     """
     count = int(most_hz * duration_s)
     of_energy = _correlated(mode.state.conj(), mode.state, count)[count:]
@@ -78,12 +104,12 @@ def of_mode(mode, duration_s, most_hz, known=True):
         cross=mode.cross - slope * mode.state_power,
         adjoint_power=mode.adjoint_power - 2 * (slope * mode.cross.conj()).real
         + np.abs(slope) ** 2 * mode.state_power)
-    pair, clean = (_pair(m, duration_s, count, None if known else of_energy)
+    pair, clean = (_pair(m, duration_s, count, of_energy, edge)
                    for m in (mode, clean))
-    return ModeProducts(pair, clean, np.maximum(energy, 0.0))
+    return ModeProducts(tuple(p.scattered for p in pair), clean, np.maximum(energy, 0.0))
 
 
-def _pair(mode, duration_s, count, constant):
+def _pair(mode, duration_s, count, constant, edge):
     both = _correlated(mode.adjoint.conj(), mode.state, count)
     power = np.maximum(_correlated(mode.adjoint_power, mode.state_power, count).real, 1e-300)
     pseudo = _correlated(mode.cross, mode.cross, count)
@@ -94,11 +120,11 @@ def _pair(mode, duration_s, count, constant):
         # the part of delta that is real in this direction: Re of the product
         spectrum = (turn * ahead + (turn * behind).conj()) / 2
         variance = (power[count:] + power[count::-1]) / 4 + (turn ** 2 * pseudo[count:]).real / 2
-        one = Product(f'the {word} of the mode at {mode.frequency_hz:.2f} Hz', spectrum,
-                      np.maximum(variance, LEAST * power[count:]), duration_s, 2 * count,
-                      FREEDOM * mode.decays)
-        found.append(one if constant is None else one.without(
-            constant, float((turn * mode.cross.sum()).real)))
+        found.append(Product(
+            f'the {word} of the mode at {mode.frequency_hz:.2f} Hz', spectrum,
+            np.maximum(variance, LEAST * power[count:]), duration_s, 2 * count,
+            FREEDOM * mode.decays, edge).without(
+                constant, float((turn * mode.cross.sum()).real)))
     return tuple(found)
 
 
@@ -107,24 +133,17 @@ def _correlated(one, two, count):
     return fftconvolve(one[::-1], two)[len(two) - 1 - count:len(two) + count]
 
 
-def of_channel(record, i, most_hz):
-    """
-    Return the Product of the gain of channel `i` of a RecordSpectra, up to an offset in Hz.
-
-    What the record knows of numbers of its model is as of `of_mode`.
-    """
+def of_channel(record, i, most_hz, edge=0.0):
+    """Return the Product of the gain of channel `i` of a RecordSpectra, up to an offset in Hz."""
     count, n = int(most_hz * record.duration_s), record.rows
     inverse = record.inverse[:, i, i].real
     own = np.linalg.inv(record.inverse)[:, i, i].real
     spectrum = np.fft.rfft(record.series(record.adjoint[:, i]) * record.series(
         record.recorded[:, i]))
     power = np.fft.rfft(record.series(inverse) * record.series(own)).real / n
-    found = Product(f'the gain of {record.channels[i]}', spectrum[:count + 1],
-                    (power + 2 * len(inverse) / n ** 2)[:count + 1], record.duration_s, 2 * count)
-    if record.known:
-        return found
-    series = record.series(np.sqrt(inverse) * record.recorded[:, i])
-    return found.without(np.fft.rfft(series ** 2), 2 * len(inverse) / n)
+    return Product(f'the gain of {record.channels[i]}', spectrum[:count + 1],
+                   (power + 2 * len(inverse) / n ** 2)[:count + 1], record.duration_s, 2 * count,
+                   edge=edge).scattered
 
 
 def modulation(products):

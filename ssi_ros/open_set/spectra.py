@@ -15,8 +15,7 @@ class RecordSpectra:
 
     `poles`, `weights`, `outputs` and `inputs` are the sampled model in modal coordinates,
     z(k + 1) = poles z(k) + inputs u(k), y(k) = Re(outputs weights z(k)) + feed u(k), one of each
-    pair of poles; `covariance` is that of u at the levels of the record; `known` is whether the
-    numbers of the model are known better than the record shows them.
+    pair of poles; `covariance` is that of u at the levels of the record.
     """
 
     rate_hz: float
@@ -32,7 +31,6 @@ class RecordSpectra:
     feed: np.ndarray            # (l, m)
     covariance: np.ndarray      # (m, m)
     channels: tuple             # names
-    known: bool = True
 
     @property
     def frequencies_hz(self):
@@ -76,7 +74,7 @@ class Mode:
     decays: float               # of its amplitude in the record
 
 
-def record_spectra(system, levels, reconstruction, channels, known=True):
+def record_spectra(system, levels, reconstruction, channels):
     """
     Return the RecordSpectra of a record beside a System at levels of its white excitations.
 
@@ -90,7 +88,7 @@ def record_spectra(system, levels, reconstruction, channels, known=True):
     return RecordSpectra(
         r.rate_hz, r.rows, r.first, r.spectrum, r.inverse,
         np.einsum('kij,kj->ki', r.inverse, r.spectrum), sampled.poles, sampled.weight, sampled.c,
-        sampled.b, sampled.d, covariance, channels, known)
+        sampled.b, sampled.d, covariance, channels)
 
 
 def modes_of(record):

@@ -16,7 +16,7 @@ from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.gap.spectra.segmentation import make_frame
 from ssi_ros.inputs.beside import acting, to_be_recorded
 from ssi_ros.updating.adapt import standing
-from ssi_ros.updating.correlation import correlated
+from ssi_ros.updating.correlation import heights_of
 from ssi_ros.updating.model_uncertainty import model_uncertainty
 from ssi_ros.updating.prior import error_directions, prior_of
 
@@ -135,8 +135,9 @@ def _promised(simulator, settings, templates_of):
     prior = prior_of(simulator.spacecraft)
     if prior is None:
         return templates, exact, exact, cosine
-    simulator = correlated(standing(simulator, prior))
-    unknown = unknown.and_of(error_directions(simulator, levels, prior))
+    simulator = standing(simulator, prior)
+    unknown = unknown.and_of(error_directions(simulator, levels, prior)).and_of(
+        heights_of(simulator, Candidate(), levels, len(prior.names)))
     linear, _ = promise(templates, nominal, simulator.frame, unknown)
     templates = templates_of(simulator.for_templates(levels))
     moved, cosine = promise(templates, nominal, simulator.frame, unknown)

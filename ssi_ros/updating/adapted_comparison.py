@@ -133,6 +133,6 @@ class AdaptedComparison(ModelComparison):
                      occam=adapted.fit.occam - self.occam, adapted=adapted)
         # it is at its best: steps with linear errors would only lead away from it
         found = fit(simulator, self.record.spectra, adapted.fit.candidate, levels, 0,
-                    side.uncertainty if thorough else None)
+                    side.uncertainty if thorough else side.heights)
         return found and self._standing(fit_of(replace(
             found, covariance=adapted.fit.of_candidate), side), side)

@@ -3,12 +3,14 @@ What lightly damped modes correlate: bins and segments that a likelihood takes f
 
 A resonance narrower than a bin has one random height, which all bins that it leaks into share; and
 what a mode does in one segment rings on into the next. Of a mode of 0.36 Hz and half a per cent of
-damping the likelihood (97) counts five times what a record of ten segments of a minute holds. An
-effect of which the errors of a model leave little else, and numbers that are fitted to such bins,
-scatter accordingly, eq. (192) of docs/theory-gap.md. How channels move in proportion is
-another matter: that is in the noise, which is independent.
+damping the likelihood (97) counts five times what a record of ten segments of a minute holds. So
+the heights of such modes in a record are unknown numbers of their own, of known variance, that are
+fitted beside all else, eq. (192) of docs/theory-gap.md. How channels move in proportion is another
+matter: that is in the noise, which is independent.
 """
 from dataclasses import dataclass, replace
+from functools import cached_property
+import math
 
 import numpy as np
 from scipy.signal import lfilter
@@ -19,10 +21,11 @@ from ssi_ros.gap.inference.whittle import real_vectors
 from ssi_ros.model.disturbances import Chirp, Sine
 from ssi_ros.model.excitation import Coloured, layers, source
 from ssi_ros.model.statespace import stationary_divisor
+from ssi_ros.updating.model_uncertainty import ModelUncertainty
 
 AROUND = 12             # bins on both sides of a mode that are followed
 FASTEST = 16.0          # decay of the amplitude in a segment beyond which bins are independent
-LEAST = 1e-3            # share of the largest variance, below which none is followed
+LEAST = 0.1             # variance beyond that of independent bins, over it, that is followed
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,60 +33,85 @@ class Correlation:
     """Bins in which the height of a mode varies by more than that of independent ones."""
 
     bins: np.ndarray        # (m,), of those of the frame
-    root: np.ndarray        # (m, s), of their covariance beyond that of independent bins
+    root: np.ndarray        # (m, s), orthogonal, of their covariance beyond that
     shapes: np.ndarray      # (m, l), of the mode at the channels, complex
 
-    def parts(self, directions, lower):
-        """
-        Return the parts of whitened directions, (p, k l l), that vary more, shape (p, s).
+    def __bool__(self):
+        """Return whether any height varies more."""
+        return self.root.shape[1] > 0
 
-        Their products add to those of the directions what a variance of scores has more.
-        """
-        each = directions.reshape(-1, len(lower), lower.shape[-1] ** 2)[:, self.bins]
-        return self.parts_of(each, lower)
+    @cached_property
+    def variances(self):
+        """Return the variances of the heights, over those of independent bins, (s,)."""
+        return np.sum(self.root ** 2, axis=0)
 
-    def parts_of(self, each, lower):
-        """Return the same of directions in the bins alone, (p, m, l l)."""
+    def of(self, each, lower):
+        """Return products of whitened directions in the bins, (p, m, l l), with heights (p, s)."""
+        return np.einsum('pki,ki->pk', each, self._along(lower)) @ self.root
+
+    def uncertainty(self, lower, weight, errors):
+        """Return the heights as a ModelUncertainty; `weight` of periodograms as in `Whitened`."""
+        count = self.root.shape[1]
+        vectors = np.zeros((count, len(lower), lower.shape[-1] ** 2))
+        vectors[:, self.bins] = self.root.T[:, :, None] * self._along(lower) / np.sqrt(weight)
+        return ModelUncertainty(tuple(f'height {i + 1}' for i in range(count)),
+                                vectors.reshape(count, math.prod(vectors.shape[1:])),
+                                np.zeros(count), np.zeros((count, errors)), count)
+
+    def taken_out(self, white):
+        """Return a Whitened whose heights are at their most probable values, and profiled out."""
+        excess = white.excess.reshape(len(white.lower[0]), -1).copy()
+        along = self._along(white.lower[0])
+        pull = np.sqrt(white.weight) * self.root.T @ np.einsum(
+            'ki,ki->k', excess[self.bins], along)
+        most = pull / (1 + self.variances)
+        excess[self.bins] -= (self.root @ most / np.sqrt(white.weight))[:, None] * along
+        return replace(white, excess=excess.reshape(1, -1),
+                       likelihood=white.likelihood + float(pull @ most) / 2)
+
+    def _along(self, lower):
+        """Return what a height changes of whitened periodograms, (m, l l), of unit norm."""
         along = np.einsum('kij,kj->ki', lower[self.bins], self.shapes)
         along /= np.linalg.norm(along, axis=1)[:, None]
-        heights = real_vectors(along[:, :, None] * along.conj()[:, None, :])
-        return np.einsum('pki,ki->pk', each, heights) @ self.root
+        return real_vectors(along[:, :, None] * along.conj()[:, None, :])
 
 
-def correlated(simulator):
-    """Return the model side in the same frame that knows what its modes correlate."""
-    return simulator.but(frame=replace(simulator.frame, correlation=correlation(simulator)))
-
-
-def correlated_beside(simulator, record):
-    """Return a model side as of `correlated`, and a Record in its frame."""
-    simulator = correlated(simulator)
-    return simulator, replace(record, spectra=replace(record.spectra, frame=simulator.frame))
-
-
-def correlation(simulator):
+def heights_of(simulator, candidate, levels, errors, known=None):
     """
-    Return the Correlation of a model side.
+    Return the heights of a model side with a candidate at levels, a ModelUncertainty.
+
+    `errors` counts those of the model's numbers; `known` is the Correlation if that is known.
+    """
+    known = known or correlation(simulator, candidate, levels)
+    model, frame = simulator.expected(candidate, levels).at(levels), simulator.frame
+    lower = np.linalg.inv(np.linalg.cholesky(model.mean(axis=0)))
+    return known.uncertainty(lower, frame.segments / frame.inflation, errors)
+
+
+def correlation(simulator, candidate=Candidate(), levels=None):
+    """
+    Return the Correlation of a model side with a candidate, at levels, nominal ones if not given.
 
     The covariance of the heights of two bins is the sum of their squared coherences over all
     segments, by the shares that a mode has of the power of both, less that of white noise.
     """
     frame, known = simulator.frame, simulator.known
-    expected = simulator.expected(Candidate()).at_nominal.mean(axis=0)[:, known:, known:]
-    power = np.trace(expected, axis1=1, axis2=2)
-    setup = linearise(simulator.setup(Candidate()))
-    system = setup.system
+    expected = simulator.expected(candidate, levels)
+    levels = np.ones(len(expected.names)) if levels is None else levels
+    power = np.trace(expected.at(levels).mean(axis=0)[:, known:, known:], axis1=1, axis2=2).real
+    system = linearise(simulator.setup(candidate, levels)).system
     sampled = system.state_space.discrete(system.rate_hz)
     count = frame.last - frame.first
     found, largest, shapes = [], np.zeros(count), np.zeros((count, len(sampled.c)), complex)
-    for pole, shape, own in zip(sampled.poles, sampled.c.T, _modal_powers(sampled, system)):
+    powers = _modal_powers(sampled, system, dict(zip(expected.names, levels)))
+    for pole, shape, own in zip(sampled.poles, sampled.c.T, powers):
         centre = round(np.angle(pole) / (2 * np.pi) * frame.rows)
         bins = np.arange(centre - AROUND, centre + AROUND + 1)
         bins = bins[(bins >= frame.first) & (bins < frame.last)]
         if len(bins) and 0.0 < -np.log(np.abs(pole)) * frame.rows < FASTEST:
             periodogram, beyond = _of_mode(pole, bins, frame)
             at = bins - frame.first
-            share = np.clip(own * periodogram / power[at].real, 0.0, 1.0)
+            share = np.clip(own * periodogram / power[at], 0.0, 1.0)
             strongest = share > largest[at]
             shapes[at[strongest]], largest[at] = shape, np.maximum(largest[at], share)
             found.append((at, np.outer(share, share) * beyond))
@@ -92,12 +120,12 @@ def correlation(simulator):
     for at, covariance in found:
         total[np.ix_(*2 * (np.searchsorted(bins, at),))] += covariance
     values, vectors = np.linalg.eigh(total)
-    kept = values > LEAST * values.max(initial=0.0)
+    kept = values > LEAST
     return Correlation(bins, vectors[:, kept] * np.sqrt(values[kept]),
                        np.pad(shapes[bins], ((0, 0), (known, 0))))
 
 
-def _modal_powers(sampled, system):
+def _modal_powers(sampled, system, levels):
     """Return the power that all channels have of every mode, at its positive frequency, (n,)."""
     frequency_hz = np.abs(np.angle(sampled.poles)) * system.rate_hz / (2 * np.pi)
     total = np.zeros(len(sampled.poles))
@@ -107,7 +135,7 @@ def _modal_powers(sampled, system):
             colour = np.prod([layer.power(frequency_hz) for layer in layers(part)
                               if isinstance(layer, Coloured)], axis=0)
             covariance = inner.covariance(system.rate_hz, system.inputs)
-            total += colour * np.einsum(
+            total += levels.get(inner.name, 1.0) * colour * np.einsum(
                 'im,mn,in->i', sampled.b, covariance, sampled.b.conj()).real
     settled = np.diag(stationary_divisor(sampled.poles, system.rate_hz)).real
     return np.sum(np.abs(sampled.c) ** 2, axis=0) * total / settled

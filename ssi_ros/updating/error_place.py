@@ -4,7 +4,7 @@ Where a fit of a model's errors stands: likelihood, score and information of all
 The coordinates are the logarithms of the levels of every recording, the errors in declared
 deviations, and the numbers of the effects beside, eq. (163) of docs/theory-gap.md.
 """
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import repeat
 
@@ -14,7 +14,7 @@ from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.inference.model_fit import differences
 from ssi_ros.gap.inference.whittle import Evidence, hermitian, whiten
 from ssi_ros.gap.nominal.simulator import level_prior, Simulator
-from ssi_ros.updating.correlation import correlation
+from ssi_ros.updating.correlation import Correlation, correlation
 from ssi_ros.updating.slopes import plain_slopes, slopes, summed_bins
 
 REUSED = 3              # steps that an information serves; the score is always that of the place
@@ -26,6 +26,12 @@ class Recording:
 
     simulator: Simulator
     evidence: Evidence
+    correlation: Correlation = None     # None where bins are taken for independent
+
+    def correlated(self, logs, errors, candidate):
+        """Return it with what its modes correlate, the model at levels and errors."""
+        return replace(self, correlation=correlation(
+            self.simulator.at_errors(errors), candidate, np.exp(logs)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +67,9 @@ class ErrorPlace:
         if all(n is not None for n in self.now):
             self.white = [whiten(n.at(np.exp(g)), r.evidence)
                           for n, g, r in zip(self.now, self.logs, recordings)]
+            if all(np.isfinite(w.likelihood) for w in self.white):
+                self.white = [r.correlation.taken_out(w) if r.correlation else w
+                              for w, r in zip(self.white, recordings)]
             self.value = (sum(w.likelihood for w in self.white)
                           - float(self.unit @ self.unit) / 2
                           - float(np.sum(self.prior * self.logs ** 2)) / 2)
@@ -109,17 +118,12 @@ class ErrorPlace:
             flat = self._directions(i, bins)
             scaled = (flat * np.sqrt(white.weight * counts)[:, None]).reshape(len(flat), -1)
             information[np.ix_(index, index)] += scaled @ scaled.T
+            heights = self.problem.recordings[i].correlation
+            if heights:
+                mixed = heights.of(self._directions(i, heights.bins), white.lower[0])
+                information[np.ix_(index, index)] -= white.weight * (
+                    mixed / (1 + heights.variances)) @ mixed.T
         return information
-
-    def spread(self):
-        """Return root (p, s) of what a variance of the score has more than its information."""
-        found = []
-        for i, (index, white) in enumerate(zip(self._indices(), self.white)):
-            more = correlation(self.sides[i])
-            own = more.parts_of(self._directions(i, more.bins), white.lower[0])
-            found.append(np.zeros((len(self.x), own.shape[1])))
-            found[-1][index] = np.sqrt(white.weight) * own
-        return np.hstack(found)
 
     def _directions(self, i, bins):
         """Return the whitened derivatives by levels and all else in bins, (p, b, l l)."""

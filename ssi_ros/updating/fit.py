@@ -25,6 +25,7 @@ LEAST_ROWS = 40         # of a segment
 CAP, LEVEL_CAP = 2.0, 1.5           # longest step: deviations of an error, log of a level
 # segments before the full ones are so many times shorter; the better end of both counts
 SCHEDULES = (60, 20, 7, 2.5), (40, 15, 5, 2)
+FULL = 2                # stages of full segments, what modes correlate taken anew for each
 STAGE_STEPS, LAST_STEPS = 12, 20
 LEAST_KNOWN = 1e-6      # of the information of a number, in its scale
 
@@ -42,6 +43,7 @@ class ErrorFit:
     covariance: np.ndarray  # (m, m), what remains unknown of the values
     candidate: Candidate    # at its most probable numbers
     of_candidate: np.ndarray    # (q, q), covariance of its coordinates, errors projected out
+    correlation: object     # Correlation of the first recording
 
     @property
     def occam(self):
@@ -93,7 +95,7 @@ def fit_errors(spacecraft, samples, names, stds, settings, *, present=(), before
     if before is None:
         least_s = max(LEAST_ROWS / samples[0].rate_hz, 1.0)
         schedules = [[settings.segment_s / k for k in shares if settings.segment_s / k > least_s]
-                     + [settings.segment_s] for shares in SCHEDULES]
+                     + FULL * [settings.segment_s] for shares in SCHEDULES]
     else:
         start = np.log(np.ravel(before.levels)), np.array(before.values), candidate
     own = recorded if len(recorded) > 1 else repeat(*recorded)
@@ -104,6 +106,9 @@ def fit_errors(spacecraft, samples, names, stds, settings, *, present=(), before
             recordings = [_recording(spacecraft, s, settings, segment_s, (present, inputs))
                           for s, inputs in zip(samples, own)]
             last = number == len(schedule) - 1
+            if segment_s == settings.segment_s and at[0] is not None:
+                logs = np.reshape(at[0], (len(recordings), -1))
+                recordings = [r.correlated(g, *at[1:]) for r, g in zip(recordings, logs)]
             here = climbed(recordings, stds, *at,
                            (steps or LAST_STEPS) if last else STAGE_STEPS)
             if here is not None:            # else the next stage tries from the same place
@@ -117,7 +122,8 @@ def fit_errors(spacecraft, samples, names, stds, settings, *, present=(), before
     best = max(ends, key=lambda here: here.value)
     of_errors, unknown, of_candidate = _profiled(best, scales_of(candidate))
     return ErrorFit(names, best.unit * stds, stds, of_errors, tuple(np.exp(best.logs)),
-                    best.value, stds[:, None] * unknown * stds, best.candidate, of_candidate)
+                    best.value, stds[:, None] * unknown * stds, best.candidate, of_candidate,
+                    best.problem.recordings[0].correlation)
 
 
 def climbed(recordings, stds, levels, values, candidate, steps):
@@ -171,8 +177,6 @@ def _profiled(here, scales):
         information[np.ix_(~errors, ~errors)], mixed.T)
     information[errors, errors] += 1.0
     whole = covariance(information, np.append(np.ones(levels + m), scales))
-    more = whole @ here.spread()
-    whole += more @ more.T
     return of_errors, whole[np.ix_(errors, errors)], whole[np.ix_(numbers, numbers)]
 
 

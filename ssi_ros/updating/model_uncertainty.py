@@ -27,6 +27,7 @@ class ModelUncertainty:
     vectors: np.ndarray     # (n, k l l), change of the whitened spectrum by one of them
     offset: np.ndarray = 0.0    # (n,), where the model stands already, from the prior's mean
     into: np.ndarray = None     # (n, m), from errors of the model's numbers to these directions
+    heights: int = 0            # how many, the last ones, are heights of modes in this record
     products: np.ndarray = None     # (n, n), of the vectors with each other
 
     def __post_init__(self):
@@ -34,12 +35,13 @@ class ModelUncertainty:
             object.__setattr__(self, 'products', self.vectors @ self.vectors.T)
 
     def and_of(self, other):
-        """Return the directions of both."""
-        into = np.zeros((len(self.names), other.into.shape[1]))
+        """Return the directions of both, those of `other` with errors of the model's numbers."""
+        into = self.into if self.into is not None else np.zeros(
+            (len(self.names), other.into.shape[1]))
         return ModelUncertainty(self.names + other.names,
                                 np.concatenate([self.vectors, other.vectors]),
-                                np.append(np.zeros(len(self.names)), other.offset),
-                                np.concatenate([into, other.into]))
+                                np.append(self.offset + np.zeros(len(self.names)), other.offset),
+                                np.concatenate([into, other.into]), other.heights)
 
     def moves(self, shift):
         """Return what a shift of the errors of the model's numbers, (m,), is in directions."""
@@ -61,10 +63,12 @@ class ModelUncertainty:
         many = whitened.weight * len(whitened.excess)
         inverse = np.linalg.inv(many * self.products + np.eye(len(slopes)))
         most = inverse @ slopes
-        share = min(1.0, LIMITS.corrected_std.value / max(np.abs(most).max(initial=0.0), 1e-300))
+        errors = self.errors(most)
+        share = min(1.0, LIMITS.corrected_std.value / max(
+            np.abs(errors).max(initial=0.0), 1e-300))
         if self.into is not None:
             # of a wide prior it is the spectrum that a linear change must not leave
-            changed = np.abs(most @ self.vectors).max()
+            changed = np.abs(errors @ self.vectors).max()
             share = min(share, LIMITS.linear_change.value / max(changed, 1e-300))
         pull = float(slopes @ most)
         if whitened.known and pull > 0.0:
@@ -84,11 +88,16 @@ class ModelUncertainty:
         one = np.einsum('kii->', square).real
         return float(whitened.weight * (2 * twice - many * one) + most @ most)
 
+    def errors(self, values):
+        """Return values (n,) with those of heights, which are no errors of the model, as 0."""
+        return np.append(values[:len(values) - self.heights], np.zeros(self.heights))
+
     def corrected(self, model, whitened):
         """Return the model with its errors at their most probable values, eq. (118)."""
         _, most, _ = self.profile(whitened)
         count = model.shape[-1]
-        correction = np.eye(count) + hermitian((most @ self.vectors).reshape(-1, count, count))
+        correction = np.eye(count) + hermitian(
+            (self.errors(most) @ self.vectors).reshape(-1, count, count))
         if np.linalg.eigvalsh(correction).min() < LIMITS.corrected_spectrum.value:
             return model
         factor = np.linalg.cholesky(model)

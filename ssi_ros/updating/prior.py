@@ -1,5 +1,5 @@
 """What a nominal does not know of its own numbers, as directions of its expected spectrum."""
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -7,9 +7,11 @@ import numpy as np
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.inference.whittle import real_vectors, white
 from ssi_ros.model.errors import declared
+from ssi_ros.updating.correlation import heights_of
 from ssi_ros.updating.model_uncertainty import model_uncertainty, ModelUncertainty
 from ssi_ros.updating.slopes import plain_slopes, slopes
 
+BENT = 0.3              # whitened change beyond which a spectrum is not linear in errors
 LEAST = 1e-2            # squared deviations that a direction must make in a record to be kept
 
 
@@ -58,6 +60,14 @@ class Side:
             self.simulator, self.levels, self.prior, self.candidate)
 
     @cached_property
+    def heights(self):
+        """Return the heights of slow modes, a ModelUncertainty; None of an exact model."""
+        if not self.prior:
+            return None
+        return heights_of(self.simulator, self.candidate, self.levels, len(self.prior.names),
+                          self.adapted and self.adapted.fit.correlation)
+
+    @cached_property
     def uncertainty(self):
         """Return all that the model does not know around its candidate."""
         return self.around(self.candidate, self.levels, self.settings)
@@ -65,7 +75,7 @@ class Side:
     def around(self, candidate, levels, settings):
         """Return what the model does not know of its numbers, around a candidate."""
         small = model_uncertainty(self.simulator, candidate, levels, settings)
-        return small.and_of(self.errors) if self.errors else small
+        return small.and_of(self.errors).and_of(self.heights) if self.errors else small
 
 
 def known_by_recordings(calibration):
@@ -74,6 +84,30 @@ def known_by_recordings(calibration):
     values, vectors = np.linalg.eigh(covariance)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
     return ErrorPrior(calibration.names, root, np.zeros(len(root)))
+
+
+def relinearised(side, whitened):
+    """
+    Return a model side and its ErrorPrior at the most probable errors beside a record.
+
+    A damping that is half of what a calibration gave changes a resonance by more than a linear
+    direction says. None where the spectrum is linear in what errors change of it.
+
+    Parameters
+    ----------
+    side : Side
+        Where the model stands.
+    whitened : Whitened
+        The record by the model without effects.
+
+    """
+    uncertainty, prior = side.uncertainty, side.prior
+    values = uncertainty.errors(uncertainty.profile(whitened)[1])
+    if np.abs(values @ uncertainty.vectors).max() < BENT:
+        return None
+    shift = (uncertainty.into @ prior.root).T @ values      # in deviations of the prior
+    there = np.array(side.simulator.spacecraft.calibration.values) + prior.root @ shift
+    return side.simulator.at_errors(there), replace(prior, offset=prior.offset + shift)
 
 
 def prior_of(spacecraft):

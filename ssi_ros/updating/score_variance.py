@@ -81,15 +81,16 @@ def energies(decay):
     return decay / share, share
 
 
-def as_gaussian(z, count):
+def as_gaussian(z, skewness):
     """
-    Return standardised scores (t,) of a damping with the tail that a mean of energies has.
+    Return standardised scores (t,) of such skewness (t,) with the tail that a Gaussian has.
 
-    More energy than expected means less damping, and the mean of few energies, of which `count`
-    has as many as are independent or inf, is a gamma variable, whose cube root is Gaussian (Wilson
-    and Hilferty, PNAS 17, 1931). Positive scores stay as they are: their tail is the shorter one.
+    A mean of few powers is nearly a gamma variable, whose cube root is Gaussian (Wilson and
+    Hilferty, PNAS 17, 1931). Scores on the side of the shorter tail stay as they are.
     """
-    few = np.isfinite(count) & (z < 0)
-    n, out = count[few], np.array(z, float)
-    out[few] = 3 * np.sqrt(n) * (1 - 1 / (9 * n) - np.cbrt(1 - z[few] / np.sqrt(n)))
+    skewness, out = np.asarray(skewness, float), np.array(z, float)
+    long = skewness * out > 0.0
+    n, size = 4 / skewness[long] ** 2, np.abs(out[long])
+    few = 3 * np.sqrt(n) * (1 / (9 * n) - 1 + np.cbrt(1 + size / np.sqrt(n)))
+    out[long] = np.sign(out[long]) * np.clip(few, 0.0, size)
     return out

@@ -84,8 +84,7 @@ def test_a_change_of_a_channel_is_named_with_its_place(change):
     assert joined([d.p_value for d in found.values()]) < 1e-4
 
 
-@pytest.mark.parametrize('known', [True, False])
-def test_a_frequency_that_goes_with_amplitude_is_named(known):
+def test_a_frequency_that_goes_with_amplitude_is_named():
     """The pole of one mode is turned by 0.005 times its energy over the mean; no other is."""
     side, fitted, samples = beside_model()
     inputs = reconstruct(side, fitted, samples, DiagnosisSettings())
@@ -103,14 +102,14 @@ def test_a_frequency_that_goes_with_amplitude_is_named(known):
     record = replace(record, recorded=recorded,
                      adjoint=np.einsum('kij,kj->ki', record.inverse, recorded))
     p_value, text = dependence_on_amplitude([
-        of_mode(m, record.duration_s, 1.0, known) for m in modes_of(record)])
+        of_mode(m, record.duration_s, 1.0) for m in modes_of(record)])
     assert p_value < 1e-6
     assert text == (f'the frequency of the mode at {mode.frequency_hz:.2f} Hz rises with its '
                     'amplitude')
 
 
 def test_a_frequency_that_a_calibration_left_wrong_depends_on_no_amplitude():
-    """All modes a deviation of such a record off: scores follow their energy, unless it counts."""
+    """All modes a deviation of such a record off: their scores follow their energy."""
     side, fitted, samples = beside_model()
     names, _ = declared(side.spacecraft)
     values = np.array([1.2e-3 * n.startswith('frequency') for n in names])
@@ -118,12 +117,10 @@ def test_a_frequency_that_a_calibration_left_wrong_depends_on_no_amplitude():
     inputs = reconstruct(side, fitted, samples, DiagnosisSettings())
     system = side.setup(Candidate(), fitted.levels).system
 
-    def p_values(known):
-        record = record_spectra(system, fitted.levels, inputs, samples.channels, known)
-        modes = [of_mode(m, record.duration_s, 1.0, known) for m in modes_of(record)]
-        return dependence_on_amplitude(modes)[0], slow_variation(
-            [p for m in modes for p in m.pair])[0]
-    assert p_values(True)[0] < 1e-3 and min(p_values(False)) > 0.02
+    record = record_spectra(system, fitted.levels, inputs, samples.channels)
+    modes = [of_mode(m, record.duration_s, 1.0) for m in modes_of(record)]
+    assert dependence_on_amplitude(modes)[0] > 0.02
+    assert slow_variation([p for m in modes for p in m.pair])[0] > 0.02
 
 
 def test_records_without_effect_are_quiet():

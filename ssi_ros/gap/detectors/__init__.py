@@ -46,8 +46,7 @@ def open_set(simulator, fitted, reconstruction, channels):
     if 'geometry' not in offered(simulator.spacecraft):
         return ()
     setup = simulator.setup(fitted.candidate, fitted.levels)
-    record = record_spectra(setup.system, fitted.levels, reconstruction, channels,
-                            not simulator.spacecraft.calibration.names)
+    record = record_spectra(setup.system, fitted.levels, reconstruction, channels)
     return tuple(Detection('', {}, f.p_value, f.text, basis=f.family) for f in findings(
         record, reconstruction.values, reconstruction.inside))
 

@@ -82,7 +82,7 @@ def _climb(problem, candidate, levels, steps, known=None):
     return None if here is None else Fit(
         here.candidate, np.exp(here.logs), here.value,
         here.uncertainty.corrected(here.model, here.whitened), here.model, tuple(here.shares()),
-        here.covariance(information, caps)[len(logs):, len(logs):],
+        covariance(information, caps)[len(logs):, len(logs):],
         (here.now, here.changes) if here.now.near else None)
 
 
@@ -144,20 +144,6 @@ class _Place:
         score[:count] -= self.prior * self.logs
         information[:count, :count] += np.diag(self.prior)
         return score - mixed @ self.most, information - mixed @ self.inverse @ mixed.T
-
-    def covariance(self, information, scales):
-        """Return what is unknown of all coordinates, of an information, eq. (164)."""
-        found, correlation = covariance(information, scales), (
-            self.problem.evidence.frame.correlation)
-        if not correlation or len(self.whitened.lower) > 1:
-            return found
-        slopes = self.shares() + (self.changes or differences(
-            self.problem.simulator, self.candidate, np.exp(self.logs), self.model, self.now.near))
-        flat, lower = self.whitened.directions(slopes)[:, 0], self.whitened.lower[0]
-        mixed = self.whitened.weight * (flat @ self.uncertainty.vectors.T)
-        more = found @ (correlation.parts(flat, lower) - mixed @ self.inverse
-                        @ correlation.parts(self.uncertainty.vectors, lower))
-        return found + self.whitened.weight * more @ more.T
 
     def _moves(self):
         """Return the derivatives of the errors of the model that candidates shift, (p, n)."""

@@ -10,11 +10,13 @@ import numpy as np
 from scipy.stats import norm
 
 from ssi_ros.gap.candidate import Candidate
-from ssi_ros.gap.inference.whittle import real_vectors, white, whiten, whiten_each
+from ssi_ros.gap.inference.whittle import hermitian, real_vectors, white, whiten, whiten_each
 from ssi_ros.gap.nominal.simulator import level_prior
 from ssi_ros.gap.spectra.expected_periodogram import power_of
+from ssi_ros.updating.score_variance import as_gaussian
 
 DRAWS = 4000
+FAR = 2.0               # standardised scores beyond which their tails count
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,6 +61,7 @@ class Scores:
     size: np.ndarray        # (t,), one-step estimate of the effect, in units of its starting value
     detection: np.ndarray   # (t,), mean of z for an effect at its starting value, d'
     cosine: np.ndarray      # (t, t), correlation of the scores, R of eq. (105)
+    skewness: np.ndarray = 0.0      # (t,), of large scores, whose tails count
 
     def gains(self):
         """Return the gain of the log likelihood that each promises; 0 for an impossible sign."""
@@ -72,7 +75,8 @@ class Scores:
         root = vectors * np.sqrt(np.maximum(values, 0.0))
         draws = np.random.default_rng(0).standard_normal((DRAWS, len(root))) @ root.T
         return tail_of_largest(*(np.where(sided, z, np.abs(z)).max(axis=-1)
-                                 for z in (self.z, draws)))
+                                 for z in (
+            as_gaussian(self.z, self.skewness + np.zeros(len(self.z))), draws)))
 
 
 def tail_of_largest(found, largest, least=0.0):
@@ -102,8 +106,11 @@ def score(templates, fitted, evidence, uncertainty, here=None):
                 else whiten_each(fitted.plain, evidence))
         for i, part in here.modulation.items():
             raw[i] += np.sum(part * each) / evidence.frame.inflation
-    return Scores(templates.effects, raw / here.spread, raw / here.spread ** 2, here.spread,
-                  here.cosine)
+    z, skewness = raw / here.spread, np.zeros(len(raw))
+    far = np.flatnonzero(np.abs(z) > FAR)
+    skewness[far] = here.skewness(far)
+    return Scores(templates.effects, z, raw / here.spread ** 2, here.spread, here.cosine,
+                  skewness)
 
 
 def directions(templates, fitted, evidence, uncertainty):
@@ -125,7 +132,7 @@ class Directions:
     """Templates as a model whitens them, and their information with levels projected out."""
 
     def __init__(self, templates, plain, shares, uncertainty, frame, segments):
-        self.effects = templates.effects
+        self.effects, self.frame, self.channels = templates.effects, frame, plain.shape[-1]
         model = plain.mean(axis=0, keepdims=True)
         lower = np.linalg.inv(np.linalg.cholesky(model))[0].astype(np.complex64)
         # templates are made at nominal levels: the excitation of the record scales them
@@ -136,7 +143,7 @@ class Directions:
             self.flat -= moves @ uncertainty.vectors.astype(np.float32)
         beside = [real_vectors(white(lower, s.mean(axis=0))[None])[0] for s in shares]
         self.basis = np.array(beside + list(uncertainty.vectors), np.float32)
-        count = len(segments) / frame.inflation
+        self.weight = count = len(segments) / frame.inflation
         prior = np.diag(np.append(level_prior(len(beside)), np.ones(len(uncertainty.vectors))))
         self.inner = np.linalg.inv(count * (self.basis @ self.basis.T).astype(float) + prior)
         self.mixed = count * (self.flat @ self.basis.T).astype(float)
@@ -147,9 +154,20 @@ class Directions:
         for i, part in self.modulation.items():
             for j, other in self.modulation.items():
                 self.information[i, j] += np.sum(part * other) / frame.inflation
-        if frame.correlation:
-            more = frame.correlation.parts(self.flat, lower) - (
-                self.mixed @ self.inner @ frame.correlation.parts(self.basis, lower))
-            self.information += count * more @ more.T
         self.spread = np.sqrt(np.maximum(np.diag(self.information), 1e-30))
         self.cosine = self.information / np.outer(self.spread, self.spread)
+
+    def skewness(self, rows):
+        """
+        Return the skewness of some scores, (r,): third cumulant over standard deviation cubed.
+
+        A score is a sum over complex Wishart matrices, of third cumulant 2 n sum tr D^3, larger by
+        neighbouring bins that a taper correlates.
+        """
+        apart = self.flat[rows] - (self.mixed[rows] @ self.inner).astype(np.float32) @ self.basis
+        count = self.channels
+        each = hermitian(apart.reshape(len(rows), apart.shape[1] // count ** 2, count, count))
+        cubes = np.einsum('rkij,rkjm,rkmi->r', each, each, each, optimize=True).real
+        taper = self.frame.taper
+        of_taper = self.frame.rows ** 2 * np.sum(taper ** 6) / self.frame.inflation ** 2
+        return 2 * self.weight * of_taper * cubes / self.spread[rows] ** 3

@@ -1,6 +1,7 @@
 """The debiased Whittle likelihood, and a record whitened by a model, eq. (97) to (99)."""
 from dataclasses import dataclass
 from functools import cached_property
+import math
 
 import numpy as np
 
@@ -104,7 +105,8 @@ def white(lower, change):
 def real_vectors(matrices):
     """Return Hermitian matrices as real vectors with the same inner product, (a, k l l)."""
     # the sum of real and imaginary part keeps tr A B: the cross terms cancel by symmetry
-    return (matrices.real + matrices.imag).reshape(len(matrices), -1)
+    return (matrices.real + matrices.imag).reshape(
+        len(matrices), math.prod(matrices.shape[1:]))
 
 
 def hermitian(sums):

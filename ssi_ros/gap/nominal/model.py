@@ -21,8 +21,9 @@ from ssi_ros.model.spacecraft import Spacecraft
 from ssi_ros.records import Samples
 from ssi_ros.updating.adapt import adapt
 from ssi_ros.updating.adapted_comparison import AdaptedComparison
-from ssi_ros.updating.correlation import correlated_beside
 from ssi_ros.updating.prior import known_by_recordings
+
+ROUNDS = 3              # in which a calibrated model moves to where its spectrum is linear
 
 
 @dataclass(frozen=True)
@@ -72,10 +73,14 @@ class ModelNominal:
         record = replace(record, sought=tuple(n for n in effects if n not in there))
         calibration = spacecraft.calibration
         prior = known_by_recordings(calibration) if calibration.covariance else None
+
+        def beside(simulator, prior):
+            return ModelComparison(simulator, record, settings, effects, levels, progress, prior)
+
+        as_it_is = beside(simulator, prior)
         if prior:
-            simulator, record = correlated_beside(simulator, record)
-        as_it_is = ModelComparison(simulator, record, settings, effects, levels, progress, prior)
-        if prior or spacecraft.uncertainty.exact or _explains(as_it_is):
+            return _settled(as_it_is, beside)
+        if spacecraft.uncertainty.exact or _explains(as_it_is):
             return as_it_is
         # what is as far as this is wrong itself, more probably than one effect is so large
         wrong = as_it_is.goodness_of_fit(as_it_is.null).lost > LIMITS.wrong_model.value
@@ -86,8 +91,6 @@ class ModelNominal:
             adapted, record = _adapted(simulator, record, settings, progress)
         else:
             adapted, record = adapted_beside(spacecraft, simulator, record, settings, progress)
-        side, record = correlated_beside(adapted.simulator, record)
-        simulator, adapted = simulator.but(frame=side.frame), replace(adapted, simulator=side)
         moved = AdaptedComparison(simulator, adapted, record, settings, effects, progress)
         if _explains(moved):
             return moved
@@ -139,6 +142,19 @@ def _used(samples, frame):
     share = frame.segments * frame.rows / len(samples.values)
     return (f'{frame.segments} segments of {frame.span_s:.3g} s between the gaps are used, '
             f'{100 * share:.0f} % of the record',)
+
+
+def _settled(comparison, beside):
+    """Return a calibrated comparison where its spectrum is linear, if it explains the record."""
+    moved = comparison
+    if _is_far(comparison, comparison.null) or _explains(comparison):
+        return comparison
+    for _ in range(ROUNDS):
+        there = moved.relinearised()
+        if there is None:
+            break
+        moved = beside(*there)
+    return moved if moved is not comparison and _explains(moved) else comparison
 
 
 def _explains(comparison):

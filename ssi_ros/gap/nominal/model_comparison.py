@@ -20,6 +20,7 @@ from ssi_ros.gap.inference.parametric_bootstrap import bootstrap_floor, Bootstra
 from ssi_ros.gap.inference.score_scatter import scatter_of
 from ssi_ros.gap.inference.score_test import score
 from ssi_ros.gap.inference.unmodelled.scores import detect_change, score_changes
+from ssi_ros.gap.inference.whittle import whiten
 from ssi_ros.gap.nominal import (
     model_answer as answer, model_location as location, starting_points as starts)
 from ssi_ros.gap.nominal.simulator import implausible_levels
@@ -30,7 +31,7 @@ from ssi_ros.gap.selection.thresholds import SELECTION as LIMITS
 from ssi_ros.gap.spectra.imputation import filled
 from ssi_ros.inputs.beside import remainder
 from ssi_ros.integrity.fault import as_reason
-from ssi_ros.updating.prior import stand
+from ssi_ros.updating.prior import relinearised, stand
 
 FIRST_STEPS = 6         # of a fit, before the best are chosen
 REFIT_STEPS = 3         # of a fit to half of the segments, from the common one
@@ -74,6 +75,11 @@ class ModelComparison(Comparison):
     def side(self, fit):
         """Return the Side that a fit stands on."""
         return self.here
+
+    def relinearised(self):
+        """Return the model side and prior of errors far from where it stands, or None."""
+        state = self.null.state
+        return relinearised(self.here, whiten(state.plain, self.record.spectra))
 
     def templates_of(self, fit):
         """Return the templates that scores around a fit are taken of."""

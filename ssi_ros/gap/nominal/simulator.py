@@ -34,7 +34,7 @@ class Simulator:
 
     def on(self, frame):
         """Return the same model side in another frame."""
-        return self.but(frame=replace(frame, correlation=None), jitter_noise=None)
+        return self.but(frame=frame, jitter_noise=None)
 
     def but(self, **changes):
         """Return the same model side with some of its parts replaced."""

@@ -43,7 +43,7 @@ class Frame:
 
     Of a segment, bins first, ..., last - 1 of the DFT are used; segments share no row, and lie
     between long gaps. `overlap` is the mean over the segments of sum_n w_n w_(n+lag) at every lag,
-    missing rows counted as zero. `correlation` is what modes correlate, None of an exact model.
+    missing rows counted as zero.
     """
 
     rate_hz: float          # of the stamps [Hz]
@@ -53,7 +53,6 @@ class Frame:
     last: int
     taper: np.ndarray       # (rows,), weights w, of sum w^2 = 1
     overlap: np.ndarray     # (rows,)
-    correlation: object = None
 
     @property
     def segments(self):

@@ -33,8 +33,10 @@ def score_changes(templates, fitted, evidence, uncertainty, here=None):
 def score_constant(templates, fitted, evidence, uncertainty, here=None):
     """Return scores, as `score` does, of changes that stay over the record, (105b)."""
     found = score(templates, fitted, evidence, uncertainty, here)
-    z = found.z if evidence.frame.correlation else found.z / [c.scatter for c in found.effects]
-    return replace(found, z=as_gaussian(z, np.array([c.count for c in found.effects])))
+    z = found.z if uncertainty.heights else found.z / [c.scatter for c in found.effects]
+    # more energy than expected, of few independent ones, means less damping
+    return replace(found, z=as_gaussian(
+        z, [-2 / np.sqrt(c.count) for c in found.effects]))
 
 
 def score_drifts(here, fitted, evidence):
