@@ -8,9 +8,8 @@ the heights of such modes in a record are unknown numbers of their own, of known
 fitted beside all else, eq. (192) of docs/theory-gap.md. How channels move in proportion is another
 matter: that is in the noise, which is independent.
 """
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
-import math
 
 import numpy as np
 from scipy.signal import lfilter
@@ -21,6 +20,7 @@ from ssi_ros.gap.inference.whittle import real_vectors
 from ssi_ros.model.disturbances import Chirp, Sine
 from ssi_ros.model.excitation import Coloured, layers, source
 from ssi_ros.model.statespace import stationary_divisor
+from ssi_ros.updating.heights import Heights
 from ssi_ros.updating.model_uncertainty import ModelUncertainty
 
 AROUND = 12             # bins on both sides of a mode that are followed
@@ -49,25 +49,9 @@ class Correlation:
         """Return products of whitened directions in the bins, (p, m, l l), with heights (p, s)."""
         return np.einsum('pki,ki->pk', each, self._along(lower)) @ self.root
 
-    def uncertainty(self, lower, weight, errors):
-        """Return the heights as a ModelUncertainty; `weight` of periodograms as in `Whitened`."""
-        count = self.root.shape[1]
-        vectors = np.zeros((count, len(lower), lower.shape[-1] ** 2))
-        vectors[:, self.bins] = self.root.T[:, :, None] * self._along(lower) / np.sqrt(weight)
-        return ModelUncertainty(tuple(f'height {i + 1}' for i in range(count)),
-                                vectors.reshape(count, math.prod(vectors.shape[1:])),
-                                np.zeros(count), np.zeros((count, errors)), count)
-
-    def taken_out(self, white):
-        """Return a Whitened whose heights are at their most probable values, and profiled out."""
-        excess = white.excess.reshape(len(white.lower[0]), -1).copy()
-        along = self._along(white.lower[0])
-        pull = np.sqrt(white.weight) * self.root.T @ np.einsum(
-            'ki,ki->k', excess[self.bins], along)
-        most = pull / (1 + self.variances)
-        excess[self.bins] -= (self.root @ most / np.sqrt(white.weight))[:, None] * along
-        return replace(white, excess=excess.reshape(1, -1),
-                       likelihood=white.likelihood + float(pull @ most) / 2)
+    def heights(self, lower, weight):
+        """Return the Heights around a model; `weight` of all periodograms, as in `Whitened`."""
+        return Heights(self.bins, self.root / np.sqrt(weight), self._along(lower))
 
     def _along(self, lower):
         """Return what a height changes of whitened periodograms, (m, l l), of unit norm."""
@@ -85,7 +69,10 @@ def heights_of(simulator, candidate, levels, errors, known=None):
     known = known or correlation(simulator, candidate, levels)
     model, frame = simulator.expected(candidate, levels).at(levels), simulator.frame
     lower = np.linalg.inv(np.linalg.cholesky(model.mean(axis=0)))
-    return known.uncertainty(lower, frame.segments / frame.inflation, errors)
+    heights = known.heights(lower, frame.segments / frame.inflation)
+    return ModelUncertainty(tuple(f'height {i + 1}' for i in range(len(heights))),
+                            heights.vectors(len(lower)), np.zeros(len(heights)),
+                            np.zeros((len(heights), errors)), heights)
 
 
 def correlation(simulator, candidate=Candidate(), levels=None):

@@ -68,8 +68,8 @@ class ErrorPlace:
             self.white = [whiten(n.at(np.exp(g)), r.evidence)
                           for n, g, r in zip(self.now, self.logs, recordings)]
             if all(np.isfinite(w.likelihood) for w in self.white):
-                self.white = [r.correlation.taken_out(w) if r.correlation else w
-                              for w, r in zip(self.white, recordings)]
+                self.white = [r.correlation.heights(w.lower[0], w.weight).taken_out(w)
+                              if r.correlation else w for w, r in zip(self.white, recordings)]
             self.value = (sum(w.likelihood for w in self.white)
                           - float(self.unit @ self.unit) / 2
                           - float(np.sum(self.prior * self.logs ** 2)) / 2)

@@ -27,7 +27,7 @@ class ModelUncertainty:
     vectors: np.ndarray     # (n, k l l), change of the whitened spectrum by one of them
     offset: np.ndarray = 0.0    # (n,), where the model stands already, from the prior's mean
     into: np.ndarray = None     # (n, m), from errors of the model's numbers to these directions
-    heights: int = 0            # how many, the last ones, are heights of modes in this record
+    heights: tuple = ()         # the last ones are Heights of modes in this record
     products: np.ndarray = None     # (n, n), of the vectors with each other
 
     def __post_init__(self):
@@ -51,15 +51,21 @@ class ModelUncertainty:
         """Return the same around a model whose errors are shifted."""
         return replace(self, offset=self.offset + self.moves(shift)) if np.any(shift) else self
 
+    def taken_out(self, whitened):
+        """Return a Whitened around the most probable heights of modes."""
+        return self.heights.taken_out(whitened) if self.heights else whitened
+
     def profile(self, whitened):
         """
         Return gain of the log likelihood by model errors, their values (n,) and (F + 1)^-1, (117).
 
-        Far from the record, as a wrong candidate is, the most probable values are limited, so that
-        they do not distort the spectrum or decide for it.
+        Heights have to be `taken_out` of the record. Far from it, as a wrong candidate is, the most
+        probable values are limited, so that they do not distort the spectrum or decide for it.
         """
         excess = whitened.excess.sum(axis=0)
         slopes = whitened.weight * (self.vectors @ excess) - self.offset
+        if self.heights:
+            slopes[-len(self.heights):] = 0.0       # they are at their best already
         many = whitened.weight * len(whitened.excess)
         inverse = np.linalg.inv(many * self.products + np.eye(len(slopes)))
         most = inverse @ slopes
@@ -90,7 +96,8 @@ class ModelUncertainty:
 
     def errors(self, values):
         """Return values (n,) with those of heights, which are no errors of the model, as 0."""
-        return np.append(values[:len(values) - self.heights], np.zeros(self.heights))
+        count = len(self.heights)
+        return np.append(values[:len(values) - count], np.zeros(count))
 
     def corrected(self, model, whitened):
         """Return the model with its errors at their most probable values, eq. (118)."""

@@ -102,7 +102,7 @@ def relinearised(side, whitened):
 
     """
     uncertainty, prior = side.uncertainty, side.prior
-    values = uncertainty.errors(uncertainty.profile(whitened)[1])
+    values = uncertainty.errors(uncertainty.profile(uncertainty.taken_out(whitened))[1])
     if np.abs(values @ uncertainty.vectors).max() < BENT:
         return None
     shift = (uncertainty.into @ prior.root).T @ values      # in deviations of the prior

@@ -97,10 +97,12 @@ class _Place:
             problem.simulator.frame, now.fixed.shape[-1])
         self.uncertainty = free.shifted(problem.simulator.shift(candidate))
         self.model = now.at(np.exp(logs))
+        self.prior = level_prior(len(logs))
         self.whitened = whiten(self.model, problem.evidence)
         self.value = self.whitened.likelihood
-        self.prior = level_prior(len(logs))
         if np.isfinite(self.value):
+            self.whitened = self.uncertainty.taken_out(self.whitened)
+            self.value = self.whitened.likelihood
             gain, self.most, self.inverse = self.uncertainty.profile(self.whitened)
             self.value += gain - float(self.prior @ logs ** 2) / 2
             before, after = (np.sum(np.square(u.offset)) for u in (free, self.uncertainty))
@@ -127,7 +129,8 @@ class _Place:
         if max(map(len, slopes)) > len(self.model):
             # one number makes the segments differ: all must be whitened one by one
             self.model = np.repeat(self.model, self.problem.evidence.frame.segments, axis=0)
-            self.whitened = whiten(self.model, self.problem.evidence)
+            self.whitened = self.uncertainty.taken_out(
+                whiten(self.model, self.problem.evidence))
         whitened, uncertainty = self.whitened, self.uncertainty
         flat = whitened.directions(slopes)
         total = flat.reshape(len(flat), -1)

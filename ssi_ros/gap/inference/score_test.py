@@ -91,7 +91,7 @@ def tail_of_largest(found, largest, least=0.0):
 
 def score(templates, fitted, evidence, uncertainty, here=None):
     """Return the Scores of all templates around a Fit; `here` are Directions of one near by."""
-    record = whiten(fitted.plain, evidence)
+    record = uncertainty.taken_out(whiten(fitted.plain, evidence))
     here = here or directions(templates, fitted, evidence, uncertainty)
     total = record.excess.sum(axis=0).astype(np.float32)
     raw = record.weight * (here.flat @ total).astype(float)
@@ -99,6 +99,8 @@ def score(templates, fitted, evidence, uncertainty, here=None):
     count = len(fitted.levels)
     beside[:count] -= level_prior(count) * np.log(fitted.levels)
     beside[count:] -= uncertainty.offset
+    if uncertainty.heights:
+        beside[-len(uncertainty.heights):] = 0.0        # they are at their best already
     raw -= here.mixed @ here.inner @ beside
     if here.modulation:
         # a model that is the same for all segments was compared with their mean alone
