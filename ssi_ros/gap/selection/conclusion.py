@@ -72,7 +72,7 @@ def not_comparable(case, reason):
     """Return the answer where the level alone says that record and nominal do not fit."""
     # what detectors find in such data follows from the same cause
     return replace(_unexplained(case, reason, _pseudo(
-        'unknown', 1.0, case.gap['before'], NOWHERE, False)), signs=case.comparison.notes)
+        'unknown', 1 - LIMITS['doubt'].value, case.gap['before'], NOWHERE, False)), signs=case.comparison.notes)
 
 
 def too_little(reason, notes=()):
@@ -88,7 +88,8 @@ def conclude(case):
     """Return the Diagnosis where there is a gap."""
     if not case.ranked:
         return _unexplained(case, 'none of the effects considered explains any of the gap',
-                            _pseudo('unknown', 1.0, case.null.value, (0.0,) * 3, False))
+                            _pseudo('unknown', 1 - LIMITS['doubt'].value, case.null.value,
+                                    (0.0,) * 3, False))
     best, residual = case.ranked[0], case.residual
     anomaly = min((a.p_value for a in residual.anomalies), default=1.0)
     rest = residual.p_value

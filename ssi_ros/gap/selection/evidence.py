@@ -145,7 +145,8 @@ def posterior(ranked, null, residual, anomaly, effects, settings):
 
     Unknown is also what another effect, below the detection limit, adds to a single one. Its odds
     against the best candidate follow from the p-value of what that leaves, `residual`, and against
-    none from that of anomalies. `effects` is the number of effects that were considered.
+    none from that of anomalies. `effects` is the number of effects that were considered. No
+    likelihood is certain to be right: in a share of all records the prior holds, eq. (113d).
     """
     logs = np.array([log_posterior(r, settings, effects) for r in ranked]
                     + [null.log_evidence + np.log(settings.prior_none)])
@@ -160,8 +161,11 @@ def posterior(ranked, null, residual, anomaly, effects, settings):
     alone = [w for r, w in zip(ranked, weights) if len(r.names) == 1]
     hidden = settings.prior_pair / settings.prior_single * LIMITS['undetected_share'].value
     weights[-1] += hidden * sum(alone)
-    weights = weights / weights.sum()
-    return weights[:-2], float(weights[-2]), float(weights[-1])
+    before = np.append([np.exp(log_prior(r.names, settings, effects)) for r in ranked],
+                       [settings.prior_none, settings.prior_unknown])
+    doubt = LIMITS['doubt'].value
+    shares = (1 - doubt) * weights / weights.sum() + doubt * before / before.sum()
+    return shares[:-2], float(shares[-2]), float(shares[-1])
 
 
 def undetected(test, effects, settings):

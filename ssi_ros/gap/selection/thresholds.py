@@ -16,6 +16,9 @@ SELECTION = {
     'alternative_exponent': Threshold(
         0.15, '1', 'a of the density a p^(a - 1) of p-values under an alternative: Sellke, '
         'Bayarri and Berger, Am. Stat. 55(1), 2001; engineering choice within that family'),
+    'doubt': Threshold(
+        0.01, '1', 'engineering choice: share of records that a likelihood is not right about, in '
+        'a way that no test sees; nothing is more probable than 1 less this'),
     'residual_p': Threshold(
         3e-3, '1', 'p-value of the residual below which a candidate does not explain the record: '
         'three standard deviations, two-sided'),
