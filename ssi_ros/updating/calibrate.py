@@ -117,6 +117,11 @@ def calibrate(spacecraft, recordings, settings=DiagnosisSettings(), *, names=(),
         errors, stds = declared(bare)
         found = fit_errors(bare, whole, errors, stds, settings, present=present,
                            progress=lambda share: progress((0.2 if inputs else 0.6) * share))
+        if any(np.isnan(m.values).any() for m in matched):
+            # what was filled by a model that is wrong is no motion of this structure
+            at = replace(bare, calibration=Calibration(errors, found.values))
+            whole = [_whole(at, samples, settings, present) for samples in matched]
+            found = fit_errors(bare, whole, errors, stds, settings, present=present, before=found)
         side, beside, recorded = bare, whole, (None,) * len(whole)
         if inputs:
             # the channels alone say where the modes are; a prediction by a model that is many

@@ -86,6 +86,18 @@ def test_errors_are_found_within_their_deviations():
     assert calibrated().explains and calibrated().checks[0].before > 0.1
 
 
+def test_short_gaps_of_a_healthy_record_are_filled_by_the_moved_model():
+    """Filled by the model as it is declared, they cost 100 nats, and the record is refused."""
+    whole = record(10)
+    values, draws = whole.values.copy(), np.random.default_rng(4)
+    for begin in draws.integers(100, len(values) - 100, 30):
+        values[begin:begin + 20] = np.nan
+    found = calibrate(model(), [replace(whole, values=values)])
+    away = found.fit.values - np.array(twin().calibration.values)
+    assert found.explains
+    assert away @ np.linalg.solve(found.fit.covariance, away) < 1.5 * len(away)
+
+
 def test_a_calibrated_model_is_kept_in_a_file(tmp_path):
     """What is written is read back, and is short enough to be looked at."""
     save_configuration(calibrated().spacecraft, (), tmp_path / 'calibrated.yaml')
