@@ -26,7 +26,8 @@ def mode_table(window, pairs=None):
               'MAC'] if pairs is not None else []
     rows, numbers = [], numbered(window)
     for i, m in enumerate(window.modes):
-        row = [numbers[m.identity], m.label, with_spread(m.frequency_hz, m.frequency_std_hz, 4, '±'),
+        row = [numbers[m.identity], m.label,
+               with_spread(m.frequency_hz, m.frequency_std_hz, 4, '±'),
                with_spread(100 * m.damping_ratio, 100 * m.damping_ratio_std, 2, '±')]
         if pairs is not None:
             p = pairs[i]
@@ -117,7 +118,6 @@ def close_modes(window):
     return (Picture('close_modes', made, 'The same poles where modes are within '
                     f'{100 * CLOSE:g} % of their neighbours, each group on its own axis.',
                     least_px=230 * columns),)
-
 
 
 def _poles(made, poles, name, marker, colour):
