@@ -10,7 +10,8 @@ from ssi_ros.model import assemble
 from ssi_ros.report.before_after import pair
 from ssi_ros.report.curves import density, record_periodograms
 from ssi_ros.report.diagnosis_sections import diagnosis_sections, summary
-from ssi_ros.report.mode_pictures import mode_table, shape_table, stabilisation, tracks
+from ssi_ros.report.mode_pictures import (
+    close_modes, mode_table, shape_table, stabilisation, tracks)
 from ssi_ros.report.mode_words import modes_sentence
 from ssi_ros.report.page import page
 from ssi_ros.report.parts import percent, Section, Table
@@ -76,8 +77,8 @@ def bag_page(name, samples, windows, *, facts=(), judged=None):
     if judged is not None:
         system = assemble(judged.spacecraft)
         pairs = pair(last.modes, system)
-    sections = [_recorded(samples, facts), *_spectra(samples, judged),
-                _modes(samples, last, pairs)]
+    sections = [_modes(samples, last, pairs), _recorded(samples, facts),
+                *_spectra(samples, judged)]
     if judged is not None:
         drawn = (shapes_picture(judged.spacecraft, system, pairs),
                  ) if judged.spacecraft.arrays else ()
@@ -143,7 +144,7 @@ def _modes(samples, last, pairs):
     except ValueError:          # too short for a spectrum: the poles are drawn alone
         pass
     return Section('Which modes does it have?', lines, (mode_table(last, pairs),),
-                   (stabilisation(last, f, level),))
+                   (stabilisation(last, f, level), *close_modes(last)))
 
 
 def _shapes(last, samples):

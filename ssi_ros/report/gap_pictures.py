@@ -10,6 +10,7 @@ BANDS = 60              # of a map over frequency
 LIMIT = 6.0             # standard deviations at which the colours of a map end
 MARKED = 3.0            # standard deviations from which a field of a map is marked + or −
 MOST = 8                # bars of a list
+EVEN = 2.0              # times the mean: below it shares of times point at nothing
 MAP_PX = 620            # least width of a map whose marks can be read
 
 
@@ -43,7 +44,10 @@ def where_pictures(where):
         shares(where['times'],
                [f'{t["start_s"]:.0f} to {t["end_s"]:.0f} s' for t in where['times']],
                'times', 'Share by time',
-               'Even shares: the gap was there all the time.')]
+               'A share that stands out is an event.')]
+    largest = max((t['share'] or 0.0 for t in where['times']), default=0.0)
+    if len(where['times']) > 2 and largest * len(where['times']) < EVEN:
+        made.pop()                      # ten equal bars say no more than their table
     return tuple(p for p in made if p)
 
 

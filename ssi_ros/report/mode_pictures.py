@@ -8,6 +8,7 @@ from ssi_ros.quantity import fixed, with_spread
 from ssi_ros.report.parts import Picture, Table
 from ssi_ros.report.style import figure, grid, heat, INK
 
+CLOSE = 0.05            # relative distance within which neighbours get a panel of their own
 PANELS = 24             # of tracks; the identities found most often
 KINDS = (               # (words of a pole's reason, legend, marker, colour)
     ('only from order', 'beyond the significant orders', 'triangle-up-open', '#b8860b'),
@@ -20,24 +21,34 @@ KINDS = (               # (words of a pole's reason, legend, marker, colour)
 
 def mode_table(window, pairs=None):
     """Return the modes of a window as a table, beside the model's where pairs are given."""
-    heads = ['id', 'label', 'frequency [Hz]', 'damping [%]']
-    heads += ['model [Hz]', 'off [%]', 'model damping [%]', 'MAC'] if pairs is not None else []
-    rows = []
+    heads = ['mode', 'label', 'frequency [Hz]', 'damping [%]']
+    heads += ['model [Hz]', 'model off [%]', 'model damping [%]',
+              'MAC'] if pairs is not None else []
+    rows, numbers = [], numbered(window)
     for i, m in enumerate(window.modes):
-        row = [m.identity, m.label, with_spread(m.frequency_hz, m.frequency_std_hz, 4, '±'),
+        row = [numbers[m.identity], m.label,
+               with_spread(m.frequency_hz, m.frequency_std_hz, 4, '±'),
                with_spread(100 * m.damping_ratio, 100 * m.damping_ratio_std, 2, '±')]
         if pairs is not None:
             p = pairs[i]
             row += ['-'] * 4 if p is None else [
                 f'{p.frequency_hz:.4f}',
-                fixed(100 * (m.frequency_hz / p.frequency_hz - 1), 3, '+'),
+                fixed(100 * (p.frequency_hz / m.frequency_hz - 1), 3, '+'),
                 f'{100 * p.damping_ratio:.2f}', f'{p.mac:.3f}']
-        rows.append(tuple(row))
-    words = 'Modes of the last window, ± one standard deviation'
+        rows.append((*row, m.identity))
+    words = ('Modes of the last window by frequency, ± one standard deviation. Id: in messages '
+             'and files')
     if pairs is not None:
-        words += ('. Off: from the nearest mode of the model of like shape; - if there is none. '
+        words += ('. Off: the nearest mode of the model of like shape less what was '
+                  'identified, over what was identified; - if there is none. '
                   'MAC: modal assurance criterion of the two shapes, 1 = the same')
-    return Table(tuple(heads), tuple(rows), words)
+    return Table((*heads, 'id'), tuple(rows), words)
+
+
+def numbered(window):
+    """Return the numbers of a window's modes by rising frequency, from 1, by identity."""
+    ranked = sorted(window.modes, key=lambda m: m.frequency_hz)
+    return {m.identity: k + 1 for k, m in enumerate(ranked)}
 
 
 def stabilisation(window, frequencies_hz=None, level=None):
@@ -68,7 +79,45 @@ def stabilisation(window, frequencies_hz=None, level=None):
     return Picture('stabilisation', made,
                    'Poles of all model orders in the last window. Filled circles became modes '
                    '(lines; dashed where the label is not structural). Point at any other marker '
-                   'for the reason why it was rejected.', least_px=640)
+                   'for the reason why it was rejected. Each band of frequencies is identified by '
+                   'itself, with orders of its own, so its modes begin at the order that the band '
+                   'needs.', least_px=640)
+
+
+def close_modes(window):
+    """Draw the poles of neighbouring modes so near that the diagram shows one; none without."""
+    groups = []
+    for m in sorted(window.modes, key=lambda m: m.frequency_hz):
+        if groups and m.frequency_hz < (1 + CLOSE) * groups[-1][-1].frequency_hz:
+            groups[-1].append(m)
+        else:
+            groups.append([m])
+    groups = [g for g in groups if len(g) > 1]
+    if not groups:
+        return ()
+    numbers = numbered(window)
+    columns = min(4, len(groups))
+    rows = math.ceil(len(groups) / columns)
+    titles = ['modes ' + ', '.join(str(numbers[m.identity]) for m in g) for g in groups]
+    made = grid(rows, columns, 100 + 220 * rows, titles, vertical_spacing=0.3 / rows,
+                horizontal_spacing=0.06)
+    poles = [p for b in getattr(window, 'bands', ()) for p in b.accepted]
+    for k, group in enumerate(groups):
+        place = {'row': k // columns + 1, 'col': k % columns + 1}
+        low, high = group[0].frequency_hz, group[-1].frequency_hz
+        edge = 0.5 * (high - low)
+        inside = [p for p in poles if low - edge <= p.frequency_hz <= high + edge]
+        made.add_scatter(x=[p.frequency_hz for p in inside], y=[p.order for p in inside],
+                         mode='markers', marker={'color': INK, 'size': 6}, showlegend=False,
+                         **place)
+        for m in group:
+            made.add_vline(m.frequency_hz, line_width=0.8, line_color=INK, **place)
+        made.update_xaxes(range=[low - edge, high + edge], nticks=4, **place)
+    made.update_xaxes(title_text='Hz', row=rows)
+    made.update_yaxes(title_text='model order', col=1)
+    return (Picture('close_modes', made, 'The same poles where modes are within '
+                    f'{100 * CLOSE:g} % of their neighbours, each group on its own axis.',
+                    least_px=230 * columns),)
 
 
 def _poles(made, poles, name, marker, colour):
@@ -89,7 +138,9 @@ def tracks(windows, what):
     often.sort(key=lambda item: item[1][-1][1].frequency_hz)
     columns = min(4, len(often))
     rows = math.ceil(len(often) / columns)
-    titles = [f'{i}: {h[-1][1].frequency_hz:.3f} Hz' for i, h in often]
+    numbers = numbered(windows[-1])
+    titles = [(f'mode {numbers[i]}' if i in numbers else 'gone')
+              + f': {h[-1][1].frequency_hz:.3f} Hz' for i, h in often]
     made = grid(rows, columns, 100 + 150 * rows, titles, shared_xaxes=True,
                 vertical_spacing=0.32 / rows, horizontal_spacing=0.06)
     for k, (_, history) in enumerate(often):
@@ -104,6 +155,7 @@ def tracks(windows, what):
                          marker={'size': 4, 'symbol': [
                              'circle' if m.label == 'structural' else 'circle-open'
                              for _, m in history]}, showlegend=False, **place)
+    made.update_xaxes(rangemode='tozero')
     made.update_xaxes(title_text='s', row=rows)
     made.update_yaxes(tickfont_size=10, nticks=4)
     unit = 'Hz' if what == 'frequency' else '%'
