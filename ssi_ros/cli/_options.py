@@ -27,7 +27,7 @@ def add_quantities(parser, cls, only=None):
 
 def add_scale(parser):
     """Declare the option of verbs that read the samples of a bag."""
-    parser.add_argument('--scale', type=between(1e-12, 1e12), default=1.0,
+    parser.add_argument('--scale', type=float, default=1.0,
                         help='factor of its channels to m/s^2, 9.80665 for bags in g (default: '
                         '1)')
 
