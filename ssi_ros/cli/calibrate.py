@@ -42,7 +42,8 @@ def add_arguments(parser):
     parser.add_argument('--settings', metavar='FILE', help='YAML as config/diagnosis.yaml')
     parser.add_argument('--json', type=Path, metavar='FILE', help='write what moved there')
     parser.add_argument('--html', type=Path, metavar='FILE',
-                        help='write a page with the spectra before and after there')
+                        help='write a page there: spectra before and after, and residuals of every '
+                        'recording over time')
 
 
 def run(args):
@@ -75,8 +76,11 @@ def run(args):
         write_whole(args.json, json.dumps(plain(found, args.bags), indent=1) + '\n')
     if args.html:
         from ssi_ros.report.calibration_page import calibration_page
+        from ssi_ros.report.residual_pictures import residual_section
+        times = residual_section(found, spacecraft, recordings, list(map(str, args.bags)),
+                                 settings, present)
         write_whole(args.html, calibration_page(
-            found, spacecraft, recordings[0], settings, present, str(args.bags[0])))
+            found, spacecraft, recordings[0], settings, present, str(args.bags[0]), (times,)))
         print(f'wrote {args.html}')
     return 0 if found.explains else 1
 
