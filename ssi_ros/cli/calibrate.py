@@ -42,8 +42,8 @@ def add_arguments(parser):
     parser.add_argument('--settings', metavar='FILE', help='YAML as config/diagnosis.yaml')
     parser.add_argument('--json', type=Path, metavar='FILE', help='write what moved there')
     parser.add_argument('--html', type=Path, metavar='FILE',
-                        help='write a page there: spectra before and after, and residuals of every '
-                        'recording over time')
+                        help='write a page there: spectra before and after, and residuals of '
+                        'every recording over time')
 
 
 def run(args):
