@@ -31,6 +31,7 @@ class Job:
     pairs: bool = True
     channels: tuple = ()
     inputs: tuple = ()
+    scale: float = 1.0
 
 
 def run_many(args):
@@ -92,7 +93,7 @@ def job_of(args):
     model, reference, settings = (str(Path(p).resolve()) if p else ''
                                   for p in (args.model, args.reference, args.settings))
     return Job(model, reference, settings, names, not args.no_pairs, tuple(args.channel or ()),
-               tuple(args.input or ()))
+               tuple(args.input or ()), args.scale)
 
 
 def diagnose_one(job, name, bag, answers):
@@ -121,11 +122,11 @@ def _diagnosis(job, bag):
         from ssi_ros.bag import parse_channel
         from ssi_ros.gap.nominal.recorded import RecordedNominal
         channels = [parse_channel(c) for c in job.channels] or None
-        return diagnose(RecordedNominal(nominal), read_samples(bag, 0.0, channels), settings,
-                        **options)
+        return diagnose(RecordedNominal(nominal), read_samples(bag, 0.0, channels, job.scale),
+                        settings, **options)
     from ssi_ros.cli._inputs import read_inputs
     from ssi_ros.gap.nominal.model import ModelNominal
-    samples = read_samples(bag, nominal.rate_hz)
+    samples = read_samples(bag, nominal.rate_hz, None, job.scale)
     inputs = read_inputs(bag, job.inputs, nominal, samples)
     return diagnose(ModelNominal(nominal, present, inputs), samples, settings, **options)
 
@@ -140,7 +141,7 @@ def _prepare(job):
     settings = load_settings(job.settings or None)
     if job.reference:
         channels = [parse_channel(c) for c in job.channels] or None
-        return read_samples(Path(job.reference), 0.0, channels), (), settings
+        return read_samples(Path(job.reference), 0.0, channels, job.scale), (), settings
     if job.channels:
         raise ValueError('--channel belongs to --reference; a model names its own channels')
     for name in job.effects:
@@ -179,10 +180,10 @@ def _answer(name, answers):
 
 def _same_run(path, job):
     """Check that answers which are there are those of the same job; note the job."""
-    mine = json.loads(json.dumps(asdict(job)))
+    mine, usual = (json.loads(json.dumps(asdict(j))) for j in (job, Job()))
     if path.exists():
         before = json.loads(path.read_text())
-        other = [k for k in mine if mine[k] != before.get(k, [])]
+        other = [k for k in mine if mine[k] != before.get(k, usual[k])]
         if other:
             raise ValueError(
                 f'{path.parent} holds the answers of a run with other ' + ', '.join(

@@ -1,11 +1,11 @@
 """The samples that a diagnosis is made of, out of a bag."""
 
 
-def read_samples(path, rate_hz, channels=None):
+def read_samples(path, rate_hz, channels=None, scale=1.0):
     """
     Read the accelerometers of a bag, or other channels, onto one even grid; missing is NaN.
 
-    A rate of 0 is estimated from the stamps.
+    A rate of 0 is estimated from the stamps; `scale` is the factor to m/s^2.
 
     Raises
     ------
@@ -16,11 +16,13 @@ def read_samples(path, rate_hz, channels=None):
     from dataclasses import replace
 
     from ssi_ros.bag import read_channels
+    from ssi_ros.cli._modes import scaled
     from ssi_ros.cli._options import warn
     from ssi_ros.report.samples import samples_of
 
     try:
-        samples = samples_of(read_channels(path, channels), rate_hz, lambda text: warn([text]))
+        samples = samples_of(scaled(read_channels(path, channels), scale), rate_hz,
+                             lambda text: warn([text]))
     except ValueError as error:
         raise ValueError(f'{path}: {error}') from error
     return replace(samples, channels=tuple(n.rsplit('/', 1)[-1] for n in samples.channels))

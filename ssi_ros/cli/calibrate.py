@@ -25,6 +25,7 @@ LISTED = 12
 def add_arguments(parser):
     """Declare the options."""
     from ssi_ros.cli._inputs import add_input
+    from ssi_ros.cli._options import add_scale
     parser.add_argument('bags', type=Path, metavar='HEALTHY', nargs='+',
                         help='folders of bags without a fault, one or more')
     parser.add_argument('--model', metavar='FILE',
@@ -37,10 +38,12 @@ def add_arguments(parser):
                         help='write the calibrated model there, for --model of other verbs; .npz '
                         'for a model in .npz or .mat')
     add_input(parser)
+    add_scale(parser)
     parser.add_argument('--settings', metavar='FILE', help='YAML as config/diagnosis.yaml')
     parser.add_argument('--json', type=Path, metavar='FILE', help='write what moved there')
     parser.add_argument('--html', type=Path, metavar='FILE',
-                        help='write a page with the spectra before and after there')
+                        help='write a page there: spectra before and after, and residuals of '
+                        'every recording over time')
 
 
 def run(args):
@@ -61,7 +64,7 @@ def run(args):
         raise ValueError(f'--output {args.output} must end in .npz, the format that a model of '
                          'matrices is written in')
     channels = channels_of(spacecraft, args.channel)
-    recordings = [read_samples(b, spacecraft.rate_hz, channels) for b in args.bags]
+    recordings = [read_samples(b, spacecraft.rate_hz, channels, args.scale) for b in args.bags]
     inputs = inputs_of_each(args.bags, args.input, spacecraft, recordings)
     with Progress('calibrating') as progress:
         found = calibrate(spacecraft, recordings, settings, names=[b.name for b in args.bags],
@@ -73,8 +76,11 @@ def run(args):
         write_whole(args.json, json.dumps(plain(found, args.bags), indent=1) + '\n')
     if args.html:
         from ssi_ros.report.calibration_page import calibration_page
+        from ssi_ros.report.residual_pictures import residual_section
+        times = residual_section(found, spacecraft, recordings, list(map(str, args.bags)),
+                                 settings, present)
         write_whole(args.html, calibration_page(
-            found, spacecraft, recordings[0], settings, present, str(args.bags[0])))
+            found, spacecraft, recordings[0], settings, present, str(args.bags[0]), (times,)))
         print(f'wrote {args.html}')
     return 0 if found.explains else 1
 

@@ -16,6 +16,7 @@ EXAMPLE = 'ssi_ros diagnose quiet --json diagnosis.json'
 def add_arguments(parser):
     """Declare the options."""
     from ssi_ros.cli._inputs import add_input
+    from ssi_ros.cli._options import add_scale
     parser.add_argument('bag', type=Path, metavar='BAG', nargs='?', help='folder of the bag')
     parser.add_argument('--many', type=Path, metavar='FOLDER',
                         help='diagnose every bag below this folder on a Dask cluster; the same '
@@ -35,6 +36,7 @@ def add_arguments(parser):
                         'the bag, in the order of the channels of a model; repeatable (default: '
                         'accel.linear.z of every AccelStamped topic)')
     add_input(parser)
+    add_scale(parser)
     parser.add_argument('--settings', metavar='FILE', help='YAML as config/diagnosis.yaml')
     parser.add_argument('--effects', metavar='A,B', help='consider only these effects')
     parser.add_argument('--no-pairs', action='store_true',
@@ -99,7 +101,7 @@ def _inputs(args):
         channels = channels_of(spacecraft, args.channel)
         if args.reference is not None:
             spacecraft = _calibrated(spacecraft, present, channels, args)
-        samples = read_samples(args.bag, spacecraft.rate_hz, channels)
+        samples = read_samples(args.bag, spacecraft.rate_hz, channels, args.scale)
         inputs = read_inputs(args.bag, args.input, spacecraft, samples)
         return ModelNominal(spacecraft, present, inputs), samples
     if args.input:
@@ -108,7 +110,8 @@ def _inputs(args):
         raise ValueError('--apply needs a simulator, which a reference recording is not; give '
                          '--model as well, or leave out --apply')
     channels = [parse_channel(c) for c in args.channel] if args.channel else None
-    reference, record = (read_samples(b, 0.0, channels) for b in (args.reference, args.bag))
+    reference, record = (read_samples(b, 0.0, channels, args.scale)
+                         for b in (args.reference, args.bag))
     return RecordedNominal(reference), record
 
 
@@ -120,7 +123,7 @@ def _calibrated(spacecraft, present, channels, args):
     from ssi_ros.gap.settings import load_settings
     from ssi_ros.updating.calibrate import calibrate
 
-    healthy = read_samples(args.reference, spacecraft.rate_hz, channels)
+    healthy = read_samples(args.reference, spacecraft.rate_hz, channels, args.scale)
     inputs = inputs_of_each([args.reference], args.input, spacecraft, [healthy])
     with Progress('calibrating') as progress:
         found = calibrate(spacecraft, [healthy], load_settings(args.settings),

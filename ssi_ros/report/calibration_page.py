@@ -10,7 +10,7 @@ from ssi_ros.report.record_pictures import spectra
 MOST = 40               # errors in the table, those that moved most
 
 
-def calibration_page(found, model, samples, settings, present, bag):
+def calibration_page(found, model, samples, settings, present, bag, more=()):
     """
     Return a calibration as an HTML page that needs no network.
 
@@ -28,6 +28,8 @@ def calibration_page(found, model, samples, settings, present, bag):
         Effects that the model has.
     bag : str
         Name of the recording, for the title.
+    more : tuple of Section
+        Behind the spectra.
 
     Returns
     -------
@@ -57,4 +59,4 @@ def calibration_page(found, model, samples, settings, present, bag):
                 before_after_tables(view),
                 (spectra(view.channels, view.frame, view.record, view.before.expected,
                          view.after.expected, 'calibration_spectra', 'model', view.better),)),
-        Section('What moved?', (), (errors,))))
+        *more, Section('What moved?', (), (errors,))))

@@ -5,8 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from ssi_ros.bag import read_channels, write_samples
+from ssi_ros.cli._many import _same_run, Job, job_of
 from ssi_ros.cli._modes import parse_band
-from ssi_ros.cli.main import main
+from ssi_ros.cli._samples import read_samples
+from ssi_ros.cli.main import main, parser
 from ssi_ros.records import Samples
 
 AMBIENT = Path(__file__).resolve().parents[2] / 'bags' / 'ambient'
@@ -66,3 +68,19 @@ def test_a_bag_in_g(tmp_path):
     assert any(np.allclose(v, 9.80665 * values[:, 0]) for v in kept)
     assert read_channels(tmp_path / 'g').values[0][0] == values[0, 0]
     assert main(['export', str(tmp_path / 'g'), '--output', str(out), '--scale', '0']) == 2
+
+
+def test_a_diagnosis_of_a_bag_in_g(tmp_path):
+    """Verbs that read a record beside a model or another bag take the factor, also for many."""
+    values = np.random.default_rng(1).standard_normal((200, 1))
+    write_samples(tmp_path / 'g', Samples(values, 100.0, ('a',), 10 ** 18))
+    assert np.allclose(read_samples(tmp_path / 'g', 0.0, None, 9.80665).values, 9.80665 * values)
+    for words in (['diagnose', 'g'], ['diagnose', '--many', 'g'],
+                  ['calibrate', 'g', '--output', 'c.yaml']):
+        args = parser(words[0]).parse_args([*words, '--scale', '9.80665'])
+        assert args.scale == 9.80665
+    args = parser('diagnose').parse_args(['diagnose', '--many', 'g', '--scale', '9.80665'])
+    assert job_of(args).scale == 9.80665
+    _same_run(tmp_path / 'run.json', Job())
+    with pytest.raises(ValueError, match='scale'):
+        _same_run(tmp_path / 'run.json', job_of(args))
