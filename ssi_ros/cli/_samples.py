@@ -15,10 +15,11 @@ def read_samples(path, rate_hz, channels=None):
     """
     from dataclasses import replace
 
-    from ssi_ros.bag import read_channels
+    from ssi_ros.bag import open_bag, read_channels
     from ssi_ros.cli._options import warn
     from ssi_ros.report.samples import samples_of
 
+    warn(open_bag(path).warnings)
     try:
         samples = samples_of(read_channels(path, channels), rate_hz, lambda text: warn([text]))
     except ValueError as error:
