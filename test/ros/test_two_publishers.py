@@ -53,7 +53,8 @@ def test_two_publishers_are_told_and_never_mixed(bench, tmp_path, beside_ns):
     bench.wait(lambda: both(lambda: 'publishers send on /b' in newest(
         health, 'recorder: bag').message))
     assert newest(health, 'recorder: bag').level == b'\1'
-    bench.wait(said(health, 'identification', 'no usable sample of a, b'))
+    # sent on meanwhile: after two seconds without a sample they are silent instead
+    bench.wait(lambda: both(said(health, 'identification', 'no usable sample of a, b')))
     assert status_of(health, 'identification').level == b'\2'
     answer = bench.call(Trigger, '/identifier/identify_now', Trigger.Request())
     assert not answer.success and 'publishers send on /a' in answer.message
