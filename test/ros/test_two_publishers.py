@@ -34,6 +34,9 @@ def test_two_publishers_are_told_and_never_mixed(bench, tmp_path, beside_ns):
     bench.processes.start('recorder', 'recorder', bag=tmp_path / 'bag', topics=['/a', '/b'])
     one, two = Sender(bench), Sender(bench)
     bench.wait(lambda: bench.words('recorder').count('joined') == 2)
+    # by the identifier and the recorder
+    bench.wait(lambda: all(p.get_subscription_count() == 2
+                           for p in one.publishers + two.publishers))
     one.heard()
     rows, stamps = resonance(9000), grid(9000)
     one.send(rows[:1000], stamps[:1000])
