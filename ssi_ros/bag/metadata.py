@@ -137,6 +137,9 @@ def _complete(path, said):
                          'plain MCAP first (ros2 bag convert)')
     qos, hashes, warnings = _topics(path, said.get('topics_with_message_count') or ())
     custom = said.get('custom_data') or {}
+    if mixed := custom.get('mixed_publishers'):
+        warnings += (f'several publishers sent at once on {mixed!s:.200}: their messages are '
+                     'mixed, and nothing that is made of them can be trusted',)
     return Metadata(tuple(map(regular, files)), qos, hashes,
                     {str(k): str(v) for k, v in custom.items()}, tuple(warnings))
 

@@ -186,6 +186,11 @@ class BagWriter:
                 self._seal()
         self._wait()
 
+    def note(self, key, words):
+        """Put words into the custom data that the metadata will hold, in place of a dict."""
+        with self._lock:
+            self._custom_data = {**(self._custom_data or {}), key: words}
+
     def flush_if_due(self):
         """Hand over what waits if a flush is due; the writing thread looks too when idle."""
         with self._lock:

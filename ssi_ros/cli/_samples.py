@@ -15,11 +15,12 @@ def read_samples(path, rate_hz, channels=None, scale=1.0):
     """
     from dataclasses import replace
 
-    from ssi_ros.bag import read_channels
+    from ssi_ros.bag import open_bag, read_channels
     from ssi_ros.cli._modes import scaled
     from ssi_ros.cli._options import warn
     from ssi_ros.report.samples import samples_of
 
+    warn(open_bag(path).warnings)
     try:
         samples = samples_of(scaled(read_channels(path, channels), scale), rate_hz,
                              lambda text: warn([text]))

@@ -2,7 +2,8 @@
 
 INK = '#173f5f'          # dark enough to stand out in grey
 PLAIN = {'font.size': 9, 'axes.spines.top': False, 'axes.spines.right': False,
-         'svg.hashsalt': 'ssi_ros', 'axes.titlesize': 9}
+         'svg.hashsalt': 'ssi_ros', 'axes.titlesize': 9,
+         'text.parse_math': False}       # a $ in the name of a channel is a $
 
 
 def panels(rows, columns, size, gap=(0.5, 0.5), margin=(0.75, 0.2, 0.7, 0.55), **options):

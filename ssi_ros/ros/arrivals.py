@@ -54,6 +54,8 @@ class ChannelState:
     up_s: float
     runs_away: bool = False     # its clock from that of the first channel
     offset_s: float = 0.0       # sampled so much later than the first channel
+    mixed: bool = False         # several publishers send at once
+    left_out: int = 0           # samples of that time
 
     @property
     def lost(self):

@@ -21,7 +21,8 @@ from ssi_ros.ros import health
 from ssi_ros.ros.gap_messages import sites_message, where_message
 from ssi_ros.ros.gap_task import GapTask, missing_words, refusal
 from ssi_ros.ros.identifier_settings import SampleInput
-from ssi_ros.ros.intake import Intake, waits_for, watches
+from ssi_ros.ros.intake import Intake
+from ssi_ros.ros.intake_words import waits_for, watches
 from ssi_ros.ros.last_rows import LastRows
 from ssi_ros.ros.node import run, StageNode
 from ssi_ros.ros.recorded_inputs import InputTopics
@@ -163,7 +164,7 @@ class GapNode(StageNode):
                    'be on ~/diagnosis')
         elif record is None:
             why = 'no samples yet: is the simulator or the player running?'
-        elif why := self._intake.apart_words() or refusal(
+        elif why := self._intake.mixing.words() or self._intake.apart_words() or refusal(
                 record, self.settings[1].diagnosis_missing_share):
             self.get_logger().warning(why)
         elif unread:

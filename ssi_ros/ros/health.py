@@ -4,6 +4,7 @@ import math
 from ssi_ros.ros.arrivals import RECENT
 from ssi_ros.ros.gap_messages import alarm_status
 from ssi_ros.ros.messages import clock_words, status
+from ssi_ros.ros.mixed import mixed_words
 
 RATE_TOLERANCE = 0.02       # a channel whose rate differs by more is at another rate,
 RECEIPT_TOLERANCE = 0.2     # and if it is stamped by receipt, whose times are uneven, by this
@@ -28,16 +29,16 @@ def channel(node, state):
         duplicates=count.duplicates, out_of_order=count.out_of_order,
         not_finite=count.not_finite, bad_stamps=count.bad_stamps, off_rate=count.off_rate,
         unreadable=source.unreadable, longest_gap_s=float(count.longest_gap_s),
-        publishers=state.publishers, offset_s=state.offset_s)
+        publishers=state.publishers, mixed=state.left_out, offset_s=state.offset_s)
 
 
 def _judged(state):
-    return _silence(state) or _fault(state) or _losses(state)
+    return _mixed(state) or _silence(state) or _fault(state) or _losses(state)
 
 
 def useless_words(states):
     """Return which channels bring nothing that can be used, and why; empty where all do."""
-    bad = [s for s in states if s.count.received and _judged(s)[0] == 'error']
+    bad = [s for s in states if (s.count.received or s.mixed) and _judged(s)[0] == 'error']
     if not bad:
         return ''
     quiet = [s for s in bad if s.silent_s]
@@ -48,6 +49,14 @@ def useless_words(states):
     if other := [s.source.name for s in bad if not s.silent_s]:
         words.append(f'no usable sample of {", ".join(other)}')
     return '; '.join(words)
+
+
+def _mixed(state):
+    """Return level and text where several publishers send at once."""
+    if not state.mixed:
+        return None
+    return 'error', (f'{mixed_words(state.source.resolved, state.publishers)}; '
+                     f'{state.left_out} samples left out')
 
 
 def _silence(state):
@@ -89,7 +98,7 @@ def _fault(state):
         return 'warn', (f'somebody publishes {", ".join(state.other_types)} on {source.resolved}, '
                         f'which is read as {source.type}: that is not heard')
     if state.publishers > 1:
-        return 'warn', f'{state.publishers} publishers on one topic: their samples are mixed'
+        return 'warn', f'{state.publishers} publishers on one topic: where both send, samples mix'
     if source.by_receive_time and state.lost_share < LOST_MOST:
         return 'warn', 'stamped by the time of receipt: the header has no stamp'
     return None

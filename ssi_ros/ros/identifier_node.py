@@ -15,7 +15,8 @@ from ssi_ros.identify import Identification
 from ssi_ros.identify.stamped import SegmentMonitor
 from ssi_ros.ros import health
 from ssi_ros.ros.identifier_settings import IdentifierInput
-from ssi_ros.ros.intake import Intake, waits_for, watches
+from ssi_ros.ros.intake import Intake
+from ssi_ros.ros.intake_words import waits_for, watches
 from ssi_ros.ros.messages import modes_message, series_message, shape_message, Slots, SLOTTED
 from ssi_ros.ros.node import run, StageNode
 from std_msgs.msg import Float64MultiArray
@@ -111,6 +112,9 @@ class IdentifierNode(StageNode):
         self._worker.change(identification)
 
     def _identify_now(self, request, response):
+        if mixed := self._intake.mixing.words():
+            response.success, response.message = False, mixed
+            return response
         window = self._worker.identify_now()
         response.success = bool(window is not None and window.modes)
         if window is None:

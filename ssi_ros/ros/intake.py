@@ -17,7 +17,8 @@ from ssi_ros.identify.stamps import ChannelCount
 from ssi_ros.ros.arrivals import ChannelState, Lately, Silence
 from ssi_ros.ros.beside import apart_words, beside_words
 from ssi_ros.ros.channels import channel_sources
-from ssi_ros.ros.messages import clock_words
+from ssi_ros.ros.losses import with_number
+from ssi_ros.ros.mixed import Mixing
 
 DRAIN_S = 0.2             # how often the raw bytes are read into rows
 SAY_S = 5.0               # after which time missing samples are said first,
@@ -60,6 +61,7 @@ class Intake:
         self._pending = {s.topic: deque() for s in self.sources}
         self._gate = threading.Event()
         self._silences = {s.topic: Silence() for s in self.sources}
+        self.mixing = Mixing(node, {s.topic: s.resolved for s in self.sources})
         self.begin()
         qos = sample_qos(settings)
         self._subscriptions = [
@@ -81,6 +83,7 @@ class Intake:
         self._say_s = SAY_S
         for topic in self._silences:
             self._silences[topic] = Silence()
+        self.mixing.begin()
 
     def _restart(self):
         """Begin a new grid."""
@@ -126,15 +129,21 @@ class Intake:
                 source, len(offers), tuple({o.topic_type for o in offers} - {source.type}), count,
                 self._lately.since(i, count), silence.idle_s if silence.silent else 0.0,
                 self.grid.off_rate(i), self.grid.rate_hz, up_s, source.name in self._apart,
-                float(offsets[i])))
+                float(offsets[i]), source.topic in self.mixing.now,
+                self.mixing.left_out[source.topic]))
         return out
 
     def _collector(self, topic):
-        append, gate = self._pending[topic].append, self._gate
+        append, gate, mixing = self._pending[topic].append, self._gate, self.mixing
+        clock, now = self.node.get_clock(), time.time_ns
         if self.node.get_parameter('use_sim_time').value:
-            clock = self.node.get_clock()
-            return lambda raw: gate.is_set() and append((raw, clock.now().nanoseconds))
-        return lambda raw: gate.is_set() and append((raw, time.time_ns()))
+            now = lambda: clock.now().nanoseconds       # noqa: E731
+
+        def collect(raw, number):
+            if gate.is_set():
+                mixing.senders[topic].take(number)
+                append((raw, now()))
+        return with_number(collect)
 
     def _drain(self):
         now = time.monotonic()
@@ -142,6 +151,8 @@ class Intake:
         for topic, pending in self._pending.items():
             if self.is_open:
                 self._silences[topic].look(passed_s, bool(pending))
+        if self.mixing.look(self._pending):
+            self._begin_anew()
         try:
             self._read()
         except ValueError as error:         # stamps of which no grid can be made
@@ -177,7 +188,10 @@ class Intake:
         if str(error) != self.fault:
             self.node.get_logger().error(f'{error}; the window begins anew')
         self.fault = str(error)
-        # what waited for its place in this grid finds none any more
+        self._begin_anew()
+
+    def _begin_anew(self):
+        """Give the grid up; what waited for its place in it finds none any more."""
         self._before = [c.given_up() for c in self.counts]
         self._restart()
 
@@ -239,7 +253,8 @@ class Intake:
         counts = self.counts
         lost = [(c.missing, c.late + c.bad_stamps + c.not_finite) for c in counts]
         for i, (name, (missing, bad), before) in enumerate(zip(self.names, lost, self._missing)):
-            said = name in self._quiet or i in self._off or not counts[i].received
+            said = (name in self._quiet or i in self._off or not counts[i].received
+                    or self.sources[i].topic in self.mixing.now)
             self._lost[name] += bad - before[1] + (0 if said else missing - before[0])
         self._missing = lost
         if now < self._said + self._say_s:
@@ -273,17 +288,3 @@ def sample_qos(settings):
     return QoSProfile(history=HistoryPolicy.KEEP_LAST,
                       depth=max(1, int(settings.queue_s * settings.expected_rate_hz)),
                       reliability=ReliabilityPolicy.BEST_EFFORT)
-
-
-def waits_for(intake):
-    """Return the words for channels whose samples have not come yet."""
-    return f'waiting for {len(intake.sources)} channels: ' + ', '.join(
-        s.resolved for s in intake.sources)
-
-
-def watches(intake, rows, window_s):
-    """Return the words for channels whose samples have come, and when a window will be full."""
-    n = len(intake.sources)
-    first = rows.origin_ns + round((rows.first / rows.rate_hz + window_s) * 1e9)
-    return (f'watching {n} channel{"s" * (n > 1)} at {rows.rate_hz:g} Hz, window {window_s:g} s, '
-            f'first result at {clock_words(first)}')

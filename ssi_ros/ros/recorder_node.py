@@ -18,6 +18,7 @@ from ssi_ros.ros.arrivals import Silence
 from ssi_ros.ros.channels import message_class
 from ssi_ros.ros.losses import Losses, with_number
 from ssi_ros.ros.messages import status
+from ssi_ros.ros.mixed import MANY, Senders
 from ssi_ros.ros.node import run, StageNode
 
 LOOK_S = 0.25             # how often new topics are looked for
@@ -79,6 +80,7 @@ class RecorderNode(StageNode):
                               patient=True)
         self.written, self.failure, self._early = 0, '', []
         self._losses, self._silences, self._counted = {}, {}, {}
+        self._senders, self._mixed = {}, {}
         self._say_at, self._full, self._quiet = 1, '', set()
         self._looked = time.monotonic()
         self._sim_time = self.get_parameter('use_sim_time').value
@@ -146,6 +148,21 @@ class RecorderNode(StageNode):
         except OSError as error:
             self._fail(error)
         self._say_what_is_missing()
+        self._say_what_mixes()
+
+    def _say_what_mixes(self):
+        """Say once of a topic that several publishers send on it, and note it in the bag."""
+        for topic, senders in self._senders.items():
+            if topic not in self._mixed and senders.mixed:
+                self._mixed[topic] = max(2, self.count_publishers(topic))
+                self._bag.note('mixed_publishers', ', '.join(sorted(self._mixed)))
+                self.get_logger().warning(f'{self._mixed_words([topic])} at once: the bag holds '
+                                          'their messages mixed')
+
+    def _mixed_words(self, topics):
+        """Return who sends on topics of which several publishers have sent; empty for none."""
+        return '; '.join(f'{self._mixed[t]} publishers send on {t}'
+                         for t in sorted(topics)[:WORST])
 
     def _say_what_is_missing(self):
         """Say losses when they have doubled, and once that the disk is full or has room again."""
@@ -184,10 +201,11 @@ class RecorderNode(StageNode):
                 + (f' and {len(worst) - WORST} topics more)' if len(worst) > WORST else ')'))
 
     def _missing_words(self):
-        """Return what the bag lacks, in words; empty where it lacks nothing."""
+        """Return what the bag lacks or mixes, in words; empty where it does neither."""
         dropped = (f'{self._bag.dropped} messages left out while the disk was full'
                    if self._bag.dropped else '')
-        return '; '.join(filter(None, (self._lost_words(), dropped)))
+        return '; '.join(filter(None, (
+            self._lost_words(), dropped, self._mixed_words(self._mixed))))
 
     def _join_new_topics(self):
         for topic, types in self.get_topic_names_and_types():
@@ -209,11 +227,15 @@ class RecorderNode(StageNode):
         qos = adapted_qos([o.qos_profile for o in offers], self.settings[0].queue_depth)
         write, gate, now = self._write, self._gate, self._now
         losses = self._losses[topic] = Losses()
+        senders = Senders()
+        if topic not in MANY:
+            self._senders[topic] = senders
         self._silences[topic], self._counted[topic] = Silence(), 0
 
         def collect(raw, number):
             if gate.is_set():
                 losses.take(number)
+                senders.take(number)
                 write(topic, raw, now())
         self._joined[topic] = (self.create_subscription(
             message_class(types[0]), topic, with_number(collect), qos, raw=True), types[0])
@@ -273,7 +295,8 @@ class RecorderNode(StageNode):
                        topics=len(self._joined), written=self.written, kept=self._bag.kept,
                        lost=sum(x.lost for x in self._losses.values()),
                        unnumbered=sum(x.unnumbered for x in self._losses.values()),
-                       dropped=self._bag.dropped, silent=', '.join(quiet))]
+                       dropped=self._bag.dropped, silent=', '.join(quiet),
+                       mixed=', '.join(sorted(self._mixed)))]
 
 
 def offered_qos(profile):

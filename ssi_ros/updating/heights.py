@@ -14,9 +14,9 @@ class Heights:
     """
     Logarithms of the heights of modes over the expected ones, Gaussian beforehand.
 
-    They are logarithms because the record may be far from the model that it is compared with: there
-    a change of the spectrum in proportion to an unknown number promises a likelihood that no height
-    can give, and wrong effects would win by it.
+    They are logarithms because the record may be far from the model that it is compared with:
+    there a change of the spectrum in proportion to an unknown number promises a likelihood that
+    no height can give, and wrong effects would win by it.
     """
 
     bins: np.ndarray    # (m,), of those of the frame
@@ -51,7 +51,7 @@ class Heights:
                        likelihood=white.likelihood + float(gain))
 
     def _most(self, power, weight):
-        """Return the most probable values, (s,), where bins have powers over expected ones, (m,)."""
+        """Return the most probable values, (s,); powers of bins are over expected ones, (m,)."""
         values = np.zeros(len(self))
         for _ in range(STEPS):
             rest = power * np.exp(-self.scale @ values)

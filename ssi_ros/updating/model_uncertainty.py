@@ -59,8 +59,8 @@ class ModelUncertainty:
         """
         Return gain of the log likelihood by model errors, their values (n,) and (F + 1)^-1, (117).
 
-        Heights have to be `taken_out` of the record. Far from it, as a wrong candidate is, the most
-        probable values are limited, so that they do not distort the spectrum or decide for it.
+        Heights have to be `taken_out` of the record. Far from it, as a wrong candidate is, the
+        most probable values are limited, so that they do not distort the spectrum or decide.
         """
         excess = whitened.excess.sum(axis=0)
         slopes = whitened.weight * (self.vectors @ excess) - self.offset

@@ -71,8 +71,8 @@ def no_gap(case):
 def not_comparable(case, reason):
     """Return the answer where the level alone says that record and nominal do not fit."""
     # what detectors find in such data follows from the same cause
-    return replace(_unexplained(case, reason, _pseudo(
-        'unknown', 1 - LIMITS['doubt'].value, case.gap['before'], NOWHERE, False)), signs=case.comparison.notes)
+    unknown = _pseudo('unknown', 1 - LIMITS['doubt'].value, case.gap['before'], NOWHERE, False)
+    return replace(_unexplained(case, reason, unknown), signs=case.comparison.notes)
 
 
 def too_little(reason, notes=()):
