@@ -20,9 +20,10 @@ def read_samples(path, rate_hz, channels=None, scale=1.0):
     from ssi_ros.cli._options import warn
     from ssi_ros.report.samples import samples_of
 
-    warn(open_bag(path).warnings)
     try:
-        samples = samples_of(scaled(read_channels(path, channels), scale), rate_hz,
+        bag = open_bag(path)
+        warn(bag.warnings)
+        samples = samples_of(scaled(read_channels(bag, channels), scale), rate_hz,
                              lambda text: warn([text]))
     except ValueError as error:
         raise ValueError(f'{path}: {error}') from error

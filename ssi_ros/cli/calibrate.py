@@ -76,11 +76,8 @@ def run(args):
         write_whole(args.json, json.dumps(plain(found, args.bags), indent=1) + '\n')
     if args.html:
         from ssi_ros.report.calibration_page import calibration_page
-        from ssi_ros.report.residual_pictures import residual_section
-        times = residual_section(found, spacecraft, recordings, list(map(str, args.bags)),
-                                 settings, present)
         write_whole(args.html, calibration_page(
-            found, spacecraft, recordings[0], settings, present, str(args.bags[0]), (times,)))
+            found, spacecraft, recordings, settings, present, list(map(str, args.bags))))
         print(f'wrote {args.html}')
     return 0 if found.explains else 1
 

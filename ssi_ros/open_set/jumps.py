@@ -11,7 +11,7 @@ INDEPENDENT = 14.0      # jumps among them, where scores are large: of white noi
 def jump(products):
     """Return p-value and text of the clearest jump of any Product."""
     share = np.linspace(EDGE, 1 - EDGE, TIMES)
-    # a jump near an end is told by the few values beyond it
+    # a jump near an end rests on the few values beyond it
     few = 4 * share * (1 - share)
     z = np.array([p.deviations((np.arange(p.samples) / p.samples >= share[:, None]).astype(float),
                                few) for p in products])

@@ -6,11 +6,12 @@ from ssi_ros.report.gap_view import gap_view
 from ssi_ros.report.page import page
 from ssi_ros.report.parts import number, Section, Table
 from ssi_ros.report.record_pictures import spectra
+from ssi_ros.report.residual_pictures import residual_section
 
 MOST = 40               # errors in the table, those that moved most
 
 
-def calibration_page(found, model, samples, settings, present, bag, more=()):
+def calibration_page(found, model, recordings, settings, present, bags):
     """
     Return a calibration as an HTML page that needs no network.
 
@@ -20,24 +21,23 @@ def calibration_page(found, model, samples, settings, present, bag, more=()):
         What `calibrate` returned.
     model : Spacecraft
         As it was before.
-    samples : Samples
-        The first healthy recording.
+    recordings : sequence of Samples
+        The healthy recordings.
     settings : DiagnosisSettings
         Segments and band.
     present : tuple of Effect
         Effects that the model has.
-    bag : str
-        Name of the recording, for the title.
-    more : tuple of Section
-        Behind the spectra.
+    bags : sequence of str
+        Names of the recordings; the spectra and the title are of the first.
 
     Returns
     -------
     str
 
     """
-    before, after = (gap_view(craft, samples, settings=settings, present=present)
-                     for craft in (model, found.spacecraft))
+    pairs = [[gap_view(craft, samples, settings=settings, present=present)
+              for craft in (model, found.spacecraft)] for samples in recordings]
+    before, after = pairs[0]
     view = replace(before, after=after.before, pairs_after=after.pairs_before,
                    rms=(*before.rms, after.rms[1]), better='calibrated model')
     moved = found.moved
@@ -54,9 +54,9 @@ def calibration_page(found, model, samples, settings, present, bag, more=()):
     rest = tuple(f'Not explained: {w}.' for c in found.checks for w in c.detected)
     summary = ('The calibrated model explains the healthy recordings.' if found.explains else
                'The calibrated model does not explain all of the healthy recordings.')
-    return page(f'Calibration on {bag}', summary, (
+    return page(f'Calibration on {bags[0]}', summary, (
         Section('Does the calibrated model explain the recordings?', lost + checks + rest,
                 before_after_tables(view),
                 (spectra(view.channels, view.frame, view.record, view.before.expected,
                          view.after.expected, 'calibration_spectra', 'model', view.better),)),
-        *more, Section('What moved?', (), (errors,))))
+        residual_section(bags, pairs), Section('What moved?', (), (errors,))))

@@ -1,37 +1,26 @@
 """Residuals of a calibrated model over the time of every recording."""
 import numpy as np
 
-from ssi_ros.report.gap_view import gap_view
 from ssi_ros.report.parts import Picture, Section
 from ssi_ros.report.style import CORRECTED, grid, MODEL
 
 
-def residual_section(found, model, recordings, names, settings, present):
+def residual_section(names, pairs):
     """
     Return the section of a page on when the recordings differ from a calibrated model.
 
     Parameters
     ----------
-    found : Calibrated
-        What `calibrate` returned.
-    model : Spacecraft
-        As it was before.
-    recordings : sequence of Samples
-        The healthy recordings.
     names : sequence of str
         Of the recordings.
-    settings : DiagnosisSettings
-        Segments and band.
-    present : tuple of Effect
-        Effects that the model has.
+    pairs : sequence of (GapView, GapView)
+        Of every recording beside the model as it was and beside the calibrated one.
 
     Returns
     -------
     Section
 
     """
-    pairs = [[gap_view(craft, samples, settings=settings, present=present)
-              for craft in (model, found.spacecraft)] for samples in recordings]
     return Section(
         'When do the recordings differ from the model?',
         ('The power of every segment over what the model expects of it, the mean of all bins and '

@@ -135,9 +135,8 @@ class Intake:
 
     def _collector(self, topic):
         append, gate, mixing = self._pending[topic].append, self._gate, self.mixing
-        clock, now = self.node.get_clock(), time.time_ns
-        if self.node.get_parameter('use_sim_time').value:
-            now = lambda: clock.now().nanoseconds       # noqa: E731
+        clock, simulated = self.node.get_clock(), self.node.get_parameter('use_sim_time').value
+        now = (lambda: clock.now().nanoseconds) if simulated else time.time_ns
 
         def collect(raw, number):
             if gate.is_set():

@@ -27,7 +27,7 @@ class ModelUncertainty:
     vectors: np.ndarray     # (n, k l l), change of the whitened spectrum by one of them
     offset: np.ndarray = 0.0    # (n,), where the model stands already, from the prior's mean
     into: np.ndarray = None     # (n, m), from errors of the model's numbers to these directions
-    heights: tuple = ()         # the last ones are Heights of modes in this record
+    heights: object = ()        # Heights of modes in this record: the last ones, if there are any
     products: np.ndarray = None     # (n, n), of the vectors with each other
 
     def __post_init__(self):
@@ -63,9 +63,8 @@ class ModelUncertainty:
         most probable values are limited, so that they do not distort the spectrum or decide.
         """
         excess = whitened.excess.sum(axis=0)
-        slopes = whitened.weight * (self.vectors @ excess) - self.offset
-        if self.heights:
-            slopes[-len(self.heights):] = 0.0       # they are at their best already
+        # heights are at their best already
+        slopes = self.errors(whitened.weight * (self.vectors @ excess) - self.offset)
         many = whitened.weight * len(whitened.excess)
         inverse = np.linalg.inv(many * self.products + np.eye(len(slopes)))
         most = inverse @ slopes

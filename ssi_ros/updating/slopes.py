@@ -12,7 +12,7 @@ import numpy as np
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.inference.whittle import real_vectors, white
 from ssi_ros.model.disturbances import Chirp, Sine
-from ssi_ros.model.excitation import Coloured, White
+from ssi_ros.model.excitation import layers, source, Varying, White
 from ssi_ros.model.statespace import stationary_divisor
 from ssi_ros.model.structure import numbers_with_errors
 from ssi_ros.model.tangent import tangent
@@ -170,10 +170,9 @@ def _colours(setup, levels, frame):
         return None
     found, each = {}, iter(levels)
     for part in system.excitation:
-        inner, filters = part, []
-        while isinstance(inner, Coloured):
-            filters.append(inner)
-            inner = inner.part
+        filters, inner = tuple(layers(part)), source(part)
+        if any(isinstance(f, Varying) for f in filters):
+            return None
         if isinstance(inner, (Sine, Chirp)):
             continue                # a line says nothing of the numbers of the model
         if not isinstance(inner, White):

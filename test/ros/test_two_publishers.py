@@ -28,7 +28,7 @@ def test_numbers_tell_who_sends():
 
 
 @pytest.mark.parametrize('beside_ns', [0, 5_000_000])
-def test_two_publishers_are_told_and_never_mixed(bench, tmp_path, beside_ns):
+def test_two_publishers_are_named_and_never_mixed(bench, tmp_path, beside_ns):
     """Equal stamps, and stamps in the middle of the others'."""
     windows, health = identifier(bench, window_s=5.0, hop_s=1.0)
     bench.processes.start('recorder', 'recorder', bag=tmp_path / 'bag', topics=['/a', '/b'])

@@ -98,9 +98,8 @@ def score(templates, fitted, evidence, uncertainty, here=None):
     beside = (record.weight * (here.basis @ total)).astype(float)
     count = len(fitted.levels)
     beside[:count] -= level_prior(count) * np.log(fitted.levels)
-    beside[count:] -= uncertainty.offset
-    if uncertainty.heights:
-        beside[-len(uncertainty.heights):] = 0.0        # they are at their best already
+    # heights are at their best already
+    beside[count:] = uncertainty.errors(beside[count:] - uncertainty.offset)
     raw -= here.mixed @ here.inner @ beside
     if here.modulation:
         # a model that is the same for all segments was compared with their mean alone
