@@ -31,6 +31,7 @@ from ssi_ros.gap.selection.thresholds import SELECTION as LIMITS
 from ssi_ros.gap.spectra.imputation import filled
 from ssi_ros.inputs.beside import remainder
 from ssi_ros.integrity.fault import as_reason
+from ssi_ros.levels.held_out import at_own_levels
 from ssi_ros.updating.prior import relinearised, stand
 
 FIRST_STEPS = 6         # of a fit, before the best are chosen
@@ -99,10 +100,11 @@ class ModelComparison(Comparison):
 
     def goodness_of_fit(self, fit, fold=None):
         """Measure the gap, of all segments or of those that a fold left out."""
-        spectra = self.record.spectra
+        spectra, expected = self.record.spectra, fit.state.model
         if fold is not None:
             spectra = spectra.only(spectra.segments[1 - fold::2])
-        gap = measure(fit.state.model, spectra, self.settings.band_bins)
+            expected = at_own_levels(fit.state, spectra)
+        gap = measure(expected, spectra, self.settings.band_bins)
         return replace(gap, floor_std=gap.floor_std * self.scatter.gap)
 
     def detections(self, fit):
