@@ -7,13 +7,14 @@ from ssi_ros.gap.inference.whittle import whiten
 STEPS = 3
 
 
-def at_own_levels(fit, evidence):
+def held_out(fit, spectra, fold):
     """
-    Return the expected periodograms (a, k, l, l) of a Fit at the levels of another Evidence.
+    Return the Spectra of the half that a Fit has not seen, and what is expected, (a, k, l, l).
 
     Levels differ from recording to recording, and the impulses that half of the segments hold are
     not as many as those of the other half: neither says that an effect is wrong.
     """
+    evidence = spectra.only(spectra.segments[1 - fold::2])
     model, ratios = fit.model, np.ones(len(fit.levels))
     for _ in range(STEPS):
         whitened = whiten(model, evidence)
@@ -25,4 +26,4 @@ def at_own_levels(fit, evidence):
         if not np.isfinite(whiten(changed, evidence).likelihood):
             break
         model, ratios = changed, moved
-    return model
+    return evidence, model

@@ -31,7 +31,7 @@ from ssi_ros.gap.selection.thresholds import SELECTION as LIMITS
 from ssi_ros.gap.spectra.imputation import filled
 from ssi_ros.inputs.beside import remainder
 from ssi_ros.integrity.fault import as_reason
-from ssi_ros.levels.held_out import at_own_levels
+from ssi_ros.levels.held_out import held_out
 from ssi_ros.updating.prior import relinearised, stand
 
 FIRST_STEPS = 6         # of a fit, before the best are chosen
@@ -102,8 +102,7 @@ class ModelComparison(Comparison):
         """Measure the gap, of all segments or of those that a fold left out."""
         spectra, expected = self.record.spectra, fit.state.model
         if fold is not None:
-            spectra = spectra.only(spectra.segments[1 - fold::2])
-            expected = at_own_levels(fit.state, spectra)
+            spectra, expected = held_out(fit.state, spectra, fold)
         gap = measure(expected, spectra, self.settings.band_bins)
         return replace(gap, floor_std=gap.floor_std * self.scatter.gap)
 
