@@ -9,7 +9,7 @@ STEPS = 3
 
 def held_out(fit, spectra, fold):
     """
-    Return the Spectra of the half that a Fit has not seen, and what is expected, (a, k, l, l).
+    Return what a Fit expects, (a, k, l, l), of the half that it has not seen, and its Spectra.
 
     Levels differ from recording to recording, and the impulses that half of the segments hold are
     not as many as those of the other half: neither says that an effect is wrong.
@@ -26,4 +26,4 @@ def held_out(fit, spectra, fold):
         if not np.isfinite(whiten(changed, evidence).likelihood):
             break
         model, ratios = changed, moved
-    return evidence, model
+    return model, evidence

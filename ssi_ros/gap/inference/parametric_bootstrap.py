@@ -21,6 +21,7 @@ from ssi_ros.gap.inference.thresholds import LIMITS
 from ssi_ros.gap.inference.unmodelled.scores import change_directions, detect_change, score_changes
 from ssi_ros.gap.selection.evidence import above_floor
 from ssi_ros.inputs.beside import remainder
+from ssi_ros.levels.held_out import held_out
 from ssi_ros.open_set.families import beside, FAMILIES
 
 RECORDS = 5
@@ -37,7 +38,7 @@ class Floor:
     gaps in the data leak into all bins alike, so that scores of noise scatter more than
     independent bins. `deviations` and `spread`, at least 1, are mean and standard deviation of the
     gap statistic, in standard deviations of its floor from theory; `halves` and `spread_of_halves`
-    those of both halves of the segments, each measured alone as held-out ones are.
+    those of both halves of the segments, each beside a fit to the other one.
 
     `inflation` is the variance of the distance of the bands over that of a steady record, at least
     1: where the level is modulated within a segment, its bins are correlated. `modulation` is
@@ -137,8 +138,10 @@ def bootstrap_floor(simulator, best, estimate, tests):
         z.append(score(tests.templates, again, evidence, uncertainty, here[0]).z)
         changes.append(score_changes(tests.changes, again, evidence, uncertainty, here[1]).z)
         meters.append(measure(again.model, evidence, bins))
-        halves.append(above_floor([measure(again.model, evidence.only(evidence.segments[i::2]),
-                                           bins) for i in (0, 1)]))
+        # errors of the model that are fitted to a half cost on the other half
+        halves.append(above_floor([measure(*held_out(fit_again(
+            simulator, evidence.only(evidence.segments[i::2]), again, REFIT_STEPS, uncertainty),
+            evidence, i), bins) for i in (0, 1)]))
         named, by_chance = tests.found(simulator, again, samples)
         modulation += by_chance
         for name, p_value in named:

@@ -102,7 +102,7 @@ class ModelComparison(Comparison):
         """Measure the gap, of all segments or of those that a fold left out."""
         spectra, expected = self.record.spectra, fit.state.model
         if fold is not None:
-            spectra, expected = held_out(fit.state, spectra, fold)
+            expected, spectra = held_out(fit.state, spectra, fold)
         gap = measure(expected, spectra, self.settings.band_bins)
         return replace(gap, floor_std=gap.floor_std * self.scatter.gap)
 
