@@ -222,9 +222,13 @@ def in_modes(system):
     Return a system in its undamped modes, of mass 1: freedoms mode_1, ... by rising frequency.
 
     What moves as a rigid body is then a freedom of its own, which acts by neither position nor
-    speed, as the attitude of a hub does.
+    speed, as the attitude of a hub does. Raises ValueError where the stiffness is indefinite.
     """
     squares, shapes = eigh(system.stiffness, system.mass)
+    if squares[0] < -RIGID * squares[-1]:
+        raise ValueError(
+            'the stiffness is indefinite: the structure buckles, as with a mode whose squared '
+            f'frequency [rad^2/s^2] is {squares[0]:.3g}')
     squares = np.where(np.abs(squares) > RIGID * squares[-1], squares, 0.0)
     damping = shapes.T @ system.damping @ shapes
     damping = np.where(np.abs(damping) > RIGID * np.abs(damping).max(), damping, 0.0)
