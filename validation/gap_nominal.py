@@ -108,6 +108,8 @@ class WideOracle(Oracle):
         """Return d' of an effect."""
         candidate = Candidate((effect,))
         now = self.simulator.expected(candidate)
+        if now is None:
+            raise ValueError(f'{effect.text()}: no structure is like that')
         if not is_plain(self.simulator, np.ones(len(now.names)), candidate):
             return super().detection(effect)
         evidence = Expectation(self.frame, now.at_nominal.mean(axis=0, keepdims=True))

@@ -13,7 +13,7 @@ from ssi_ros.effects.edits import mix, scale_stiffness
 from ssi_ros.effects.points import dispersed, single_modes, with_mode
 from ssi_ros.effects.statistical_linearisation import linearise
 from ssi_ros.gap.inference.thresholds import LIMITS
-from ssi_ros.gap.inference.whittle import hermitian, real_vectors, white
+from ssi_ros.gap.inference.whittle import hermitian, real_vectors, white, whiten
 from ssi_ros.model.errors import with_frequencies
 
 STEP = 1e-4             # relative change for a difference quotient
@@ -54,6 +54,11 @@ class ModelUncertainty:
     def taken_out(self, whitened):
         """Return a Whitened around the most probable heights of modes."""
         return self.heights.taken_out(whitened) if self.heights else whitened
+
+    def raised(self, model, evidence):
+        """Return what a model expects, (a, k, l, l), with the most probable heights of modes."""
+        # how high a slow mode stands in one record is no gap
+        return self.heights.raised(model, whiten(model, evidence)) if self.heights else model
 
     def profile(self, whitened):
         """

@@ -67,6 +67,10 @@ class Side:
         return heights_of(self.simulator, self.candidate, self.levels, len(self.prior.names),
                           self.adapted and self.adapted.fit.correlation)
 
+    def raised(self, model, evidence):
+        """Return what a model expects of a record, with the most probable heights of its modes."""
+        return self.heights.raised(model, evidence) if self.heights else model
+
     @cached_property
     def uncertainty(self):
         """Return all that the model does not know around its candidate."""

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ssi_ros.gap.spectra.segmentation import spectra, whole_frame
+from ssi_ros.updating.resonance_doubt import resonance_doubt
 
 EDGE_S = 1.0            # on which the taper rises and falls at the ends of the record
 MARGIN_S = 6.0          # not used at both ends, where the taper disturbs the memory of filters
@@ -38,6 +39,7 @@ class Reconstruction:
     missing: np.ndarray         # (rows,), rows that were filled: neither impulse nor calm
     spectrum: np.ndarray        # (k, l), Y
     inverse: np.ndarray         # (k, l, l), S^-1
+    doubt: np.ndarray           # (k,), of the expected power, see `resonance_doubt`
 
     def tapered(self, values):
         """Return the tapered time series of such a spectrum, shape (rows,)."""
@@ -98,7 +100,7 @@ def reconstruct(simulator, fitted, samples, settings, missing=None):
     return Reconstruction(rate_hz, frame.rows, frame.first, values, gain, frame.taper, rest / own,
                           own, power, white, excited,
                           np.zeros(frame.rows, bool) if missing is None else missing, spectrum,
-                          inverse)
+                          inverse, resonance_doubt(simulator, setup, frame))
 
 
 def sensitivity(simulator, setup, levels, rows, settings):

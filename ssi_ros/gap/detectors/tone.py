@@ -6,6 +6,7 @@ from ssi_ros.effects.registry import deflection, detects
 from ssi_ros.gap.comparison import Detection
 from ssi_ros.gap.detectors.input_reconstruction import chance
 from ssi_ros.gap.detectors.thresholds import LIMITS
+from ssi_ros.updating.resonance_doubt import discounted
 
 BETWEEN = 1.5           # independent frequencies a bin, where those between two are searched too
 
@@ -22,9 +23,11 @@ def detect_tone(effect, reconstruction):
     # a strong line has raised the levels that the input was whitened by
     scale = np.median(power[::2]) / np.log(2)
     power /= scale
-    best = int(np.argmax(power))
+    rare = discounted(power, np.interp(np.arange(len(power)) / 2, np.arange(len(one.doubt)),
+                                       one.doubt))
+    best = int(np.argmax(rare))
     trials = BETWEEN * len(one.values)
-    p_value = chance(power[best], trials)
+    p_value = chance(rare[best], trials)
     if p_value > LIMITS.p_value.value:
         return None
     shift, top = _parabola(power, best)
@@ -38,7 +41,8 @@ def detect_tone(effect, reconstruction):
             'frequency_hz': np.sqrt(6) / np.pi / size * one.rate_hz / one.rows}
     return Detection.of_effect(
         effect.within(frequency_hz=frequency_hz, torque_n_m=amplitude), p_value,
-        f'The input has a line at {frequency_hz:.5g} Hz ({size:.1f} standard deviations).',
+        f'The input has a line at {frequency_hz:.5g} Hz '
+        f'({np.sqrt(2 * rare[best]):.1f} standard deviations).',
         stds=stds, trials=round(trials))
 
 
@@ -51,7 +55,8 @@ def tone_deflection(effect, sensitivity):
 def anomalous_line(reconstruction):
     """Detect a line that no input makes: power beside the response to the input."""
     trials = BETWEEN * len(reconstruction.power)
-    chances = gamma.sf(reconstruction.power, reconstruction.white.shape[1] - 1)
+    chances = gamma.sf(discounted(reconstruction.power, reconstruction.doubt),
+                       reconstruction.white.shape[1] - 1)
     best = int(np.argmin(chances))
     p_value = float(min(1.0, trials * chances[best]))
     if p_value >= LIMITS.p_value.value:

@@ -137,7 +137,7 @@ def bootstrap_floor(simulator, best, estimate, tests):
                         change_directions(tests.changes, again, evidence, uncertainty))
         z.append(score(tests.templates, again, evidence, uncertainty, here[0]).z)
         changes.append(score_changes(tests.changes, again, evidence, uncertainty, here[1]).z)
-        meters.append(measure(again.model, evidence, bins))
+        meters.append(measure(uncertainty.raised(again.model, evidence), evidence, bins))
         # errors of the model that are fitted to a half cost on the other half
         halves.append(above_floor([measure(*held_out(fit_again(
             simulator, evidence.only(evidence.segments[i::2]), again, REFIT_STEPS, uncertainty),

@@ -104,7 +104,7 @@ def score(templates, fitted, evidence, uncertainty, here=None):
     if here.modulation:
         # a model that is the same for all segments was compared with their mean alone
         each = (record.excess if len(record.excess) > 1
-                else whiten_each(fitted.plain, evidence))
+                else whiten_each(uncertainty.raised(fitted.plain, evidence), evidence))
         for i, part in here.modulation.items():
             raw[i] += np.sum(part * each) / evidence.frame.inflation
     z, skewness = raw / here.spread, np.zeros(len(raw))

@@ -154,7 +154,11 @@ def _settled(comparison, beside):
         if there is None:
             break
         moved = beside(*there)
-    return moved if moved is not comparison and _explains(moved) else comparison
+    if moved is comparison or _explains(moved):
+        return moved
+    # an effect may have moved the errors as well: where it is fitted beside them decides
+    best, there = (next(iter(_search(c).singles()), None) for c in (comparison, moved))
+    return moved if best and there and there.log_evidence > best.log_evidence else comparison
 
 
 def _explains(comparison):

@@ -79,8 +79,7 @@ class ModelComparison(Comparison):
 
     def relinearised(self):
         """Return the model side and prior of errors far from where it stands, or None."""
-        state = self.null.state
-        return relinearised(self.here, whiten(state.plain, self.record.spectra))
+        return relinearised(self.here, whiten(self.null.state.plain, self.record.spectra))
 
     def templates_of(self, fit):
         """Return the templates that scores around a fit are taken of."""
@@ -100,7 +99,8 @@ class ModelComparison(Comparison):
 
     def goodness_of_fit(self, fit, fold=None):
         """Measure the gap, of all segments or of those that a fold left out."""
-        spectra, expected = self.record.spectra, fit.state.model
+        spectra = self.record.spectra
+        expected = self.side(fit).raised(fit.state.model, spectra)
         if fold is not None:
             expected, spectra = held_out(fit.state, spectra, fold)
         gap = measure(expected, spectra, self.settings.band_bins)

@@ -24,7 +24,7 @@ def score_changes(templates, fitted, evidence, uncertainty, here=None):
     """Return the Scores of all unmodelled changes; `here` is of `change_directions`."""
     constant, drifting = here or change_directions(templates, fitted, evidence, uncertainty)
     one = score_constant(templates.constant, fitted, evidence, uncertainty, constant)
-    two = score_drifts(drifting, fitted, evidence)
+    two = score_drifts(drifting, fitted, evidence, uncertainty)
     return Scores(one.effects + two.effects, np.append(one.z, two.z),
                   np.append(one.size, two.size), np.append(one.detection, two.detection),
                   block_diag(one.cosine, two.cosine))
@@ -39,13 +39,13 @@ def score_constant(templates, fitted, evidence, uncertainty, here=None):
         z, [-2 / np.sqrt(c.count) for c in found.effects]))
 
 
-def score_drifts(here, fitted, evidence):
+def score_drifts(here, fitted, evidence, uncertainty):
     """Score numbers that drift over the record, in up to SHAPES shapes."""
     # The levels of all excitation and of all noise may drift: that is an effect, and is projected
     # out.
     frame, segments = evidence.frame, list(evidence.segments)
     middles = np.array(frame.begins)[segments] + frame.rows / 2
-    each = whiten_each(fitted.plain, evidence)
+    each = whiten_each(uncertainty.raised(fitted.plain, evidence), evidence)
     levels = here.basis[:len(fitted.levels)]
     apart = here.flat - (here.flat @ levels.T) @ np.linalg.pinv(levels @ levels.T) @ levels
     halves = np.arange(min(SHAPES, len(segments) - 1) + 1)
