@@ -36,8 +36,9 @@ class Heights:
     def taken_out(self, white):
         """Return a Whitened around the most probable heights, its likelihood with their prior."""
         count = math.isqrt(self.along.shape[1])
-        excess, power, values = self._of(white)
-        there, logs = excess[:, self.bins], self.scale @ values
+        excess = white.excess.reshape(len(white.excess), -1, count * count).copy()
+        there, power, values = self._of(white)
+        logs = self.scale @ values
         gain = white.weight * np.sum(-logs - power * np.expm1(-logs)) - values @ values / 2
         scaled = np.eye(count) + np.expm1(-logs / 2)[:, None, None] * hermitian(
             self.along.reshape(-1, count, count))
@@ -50,19 +51,23 @@ class Heights:
     def raised(self, model, white):
         """Return a model (a, k, l, l) with the most probable heights of the record it whitens."""
         count = math.isqrt(self.along.shape[1])
-        logs = self.scale @ self._of(white)[2]
+        logs = self.scale @ self.most_probable(white)
         there = model[:, self.bins]
         factor, raised = np.linalg.cholesky(there), model.copy()
         change = np.expm1(logs)[:, None, None] * hermitian(self.along.reshape(-1, count, count))
         raised[:, self.bins] = there + factor @ change @ factor.conj().swapaxes(-1, -2)
         return raised
 
+    def most_probable(self, white):
+        """Return the most probable values in deviations, (s,)."""
+        return self._of(white)[2]
+
     def _of(self, white):
-        """Return excess (a, k, l l), powers along the modes (a, m), the most probable values."""
-        excess = white.excess.reshape(len(white.excess), -1, self.along.shape[1]).copy()
-        power = 1 + np.maximum(np.einsum('aki,ki->ak', excess[:, self.bins], self.along),
-                               ENOUGH - 1)
-        return excess, power, self._most(power.mean(axis=0), white.weight * len(excess))
+        """Return excess (a, m, l l), powers along the modes (a, m), and most probable values."""
+        every = white.excess.reshape(len(white.excess), -1, self.along.shape[1])
+        there = every[:, self.bins]
+        power = 1 + np.maximum(np.einsum('aki,ki->ak', there, self.along), ENOUGH - 1)
+        return there, power, self._most(power.mean(axis=0), white.weight * len(there))
 
     def _most(self, power, weight):
         """Return the most probable values, (s,); powers of bins are over expected ones, (m,)."""

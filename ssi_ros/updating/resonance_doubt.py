@@ -1,5 +1,5 @@
 """
-How far the height of a resonance may be off at one line of the whole record, eq. (195).
+How far the height of a resonance may be off at one line of the whole record, eq. (193).
 
 A resonance of 0.36 Hz and half a per cent of damping is two lines of a record of ten minutes wide,
 and the record tells its damping to a third. Where its damping is half of what the model has, its
@@ -52,7 +52,7 @@ def resonance_doubt(simulator, setup, frame):
 
 
 def discounted(power, doubt):
-    """Return powers that are as rare in an exact model as these beside a doubt, eq. (195)."""
+    """Return powers that are as rare in an exact model as these beside a doubt, eq. (193)."""
     square = np.square(np.maximum(doubt, LEAST))
     w = lambertw(square * power).real
     return np.where(doubt < LEAST, power, (w + w ** 2 / 2) / square)

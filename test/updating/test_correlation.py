@@ -6,6 +6,7 @@ from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.inference.model_fit import fit
 from ssi_ros.gap.inference.score_test import Directions, make_templates, score
 from ssi_ros.gap.inference.unmodelled.templates import constant_templates
+from ssi_ros.gap.inference.whittle import whiten
 from ssi_ros.gap.nominal.simulator import Simulator
 from ssi_ros.gap.nominal.starting_points import starting_points
 from ssi_ros.gap.settings import DiagnosisSettings
@@ -75,3 +76,18 @@ def test_scores_beside_errors_have_the_variance_that_is_promised(side):
         found.append(score(templates, fitted, evidence, errors.and_of(heights)).z)
     assert np.var(plain, axis=0).max() > 2.0
     assert np.all(np.var(found, axis=0) > 0.4) and np.var(found, axis=0).max() < 1.5
+
+
+def test_a_model_raised_by_heights_is_as_likely_as_they_are(side):
+    """The raised spectrum has the likelihood that heights give, but for their prior."""
+    samples = Samples(record_of(np.linalg.cholesky(spectrum(side, 2 * 60000, None)),
+                                np.random.default_rng(5))[:60000], side.frame.rate_hz, ('',) * 4)
+    evidence, model = side.evidence(samples), side.expected(Candidate()).at_nominal
+    free = heights_of(side, Candidate(), np.ones(3), 0)
+    before, raised = whiten(model, evidence), free.raised(model, evidence)
+    values = free.heights.most_probable(before)
+    after = free.taken_out(before).likelihood + values @ values / 2
+    assert whiten(raised, evidence).likelihood == pytest.approx(after, rel=1e-12)
+    assert after > before.likelihood
+    moved = np.flatnonzero(np.abs(raised / model - 1).max(axis=(0, 2, 3)) > 1e-9)
+    assert 0 < len(moved) and set(moved) <= set(free.heights.bins)
