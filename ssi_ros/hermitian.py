@@ -1,6 +1,120 @@
-"""Hermitian matrices of bands."""
+"""
+Hermitian matrices of bands.
+
+Products of many small matrices are compiled by numba on first use and cached: a product of two
+matrices of four channels costs a library more to call than to compute.
+"""
+import math
+
+from numba import njit
 import numpy as np
 from scipy.ndimage import uniform_filter1d
+
+SMALL = 8               # channels up to which loops are faster than calls of a library
+
+
+def white(lower, change):
+    """
+    Return L^-1 X L^-H of matrices X, shape (..., l, l).
+
+    Parameters
+    ----------
+    lower : ndarray, shape (..., l, l)
+        L^-1, lower triangular.
+    change : ndarray, shape (..., l, l)
+        X. Leading axes of one that the other has not are repeated.
+
+    """
+    kind, shape = np.result_type(lower, change), np.broadcast_shapes(lower.shape, change.shape)
+    if (shape[-1] > SMALL or kind.kind != 'c' or not 3 <= len(shape) <= 4
+            or lower.shape[-3:] != change.shape[-3:]):
+        return lower @ change @ lower.conj().swapaxes(-1, -2)
+    sides = [np.ascontiguousarray(x, kind).reshape(-1, *shape[-3:]) for x in (lower, change)]
+    out = np.empty((max(map(len, sides)), *shape[-3:]), kind)
+    _white(*sides, out)
+    return out.reshape(shape)
+
+
+@njit(cache=True)
+def _white(lower, change, out):
+    """Write L^-1 X L^-H, (n, k, l, l), of (n or 1, k, l, l) both."""
+    bins, count = lower.shape[1:3]
+    half = np.empty((count, count), out.dtype)
+    for n in range(len(out)):
+        one, two = n % len(lower), n % len(change)
+        for k in range(bins):
+            for i in range(count):
+                for j in range(count):
+                    total = lower[one, k, i, 0] * change[two, k, 0, j]
+                    for m in range(1, i + 1):
+                        total += lower[one, k, i, m] * change[two, k, m, j]
+                    half[i, j] = total
+            for i in range(count):
+                for j in range(count):
+                    total = half[i, 0] * lower[one, k, j, 0].conjugate()
+                    for m in range(1, j + 1):
+                        total += half[i, m] * lower[one, k, j, m].conjugate()
+                    out[n, k, i, j] = total
+
+
+def inverse_root(matrices):
+    """
+    Return the inverses L^-1 of the Cholesky factors L of matrices, shape (..., l, l).
+
+    Raises
+    ------
+    LinAlgError
+        If one is not positive definite.
+
+    """
+    count = matrices.shape[-1]
+    if count > SMALL or matrices.dtype.kind != 'c':
+        return np.linalg.inv(np.linalg.cholesky(matrices))
+    given = np.ascontiguousarray(matrices).reshape(-1, count, count)
+    out = np.zeros(given.shape, given.dtype)
+    if not _inverse_root(given, out):
+        raise np.linalg.LinAlgError('a matrix is not positive definite')
+    return out.reshape(matrices.shape)
+
+
+@njit(cache=True)
+def _inverse_root(matrices, out):
+    """Write the inverses of Cholesky factors, (n, l, l), into zeros; False if there is none."""
+    count = matrices.shape[1]
+    factor = np.empty((count, count), out.dtype)
+    for n in range(len(matrices)):
+        for j in range(count):
+            for i in range(j, count):
+                total = matrices[n, i, j]
+                for m in range(j):
+                    total -= factor[i, m] * factor[j, m].conjugate()
+                if i > j:
+                    factor[i, j] = total / factor[j, j].real
+                elif total.real > 0.0:
+                    factor[j, j] = np.sqrt(total.real)
+                else:
+                    return False
+        for j in range(count):
+            out[n, j, j] = 1.0 / factor[j, j].real
+            for i in range(j + 1, count):
+                total = factor[i, j] * out[n, j, j]
+                for m in range(j + 1, i):
+                    total += factor[i, m] * out[n, m, j]
+                out[n, i, j] = -total / factor[i, i].real
+    return True
+
+
+def real_vectors(matrices):
+    """Return Hermitian matrices as real vectors with the same inner product, (a, k l l)."""
+    # the sum of real and imaginary part keeps tr A B: the cross terms cancel by symmetry
+    return (matrices.real + matrices.imag).reshape(
+        len(matrices), math.prod(matrices.shape[1:]))
+
+
+def hermitian(sums):
+    """Return the Hermitian matrices of such sums of real and imaginary part, (..., l, l)."""
+    turned = sums.swapaxes(-1, -2)
+    return (sums + turned) / 2 + 1j * (sums - turned) / 2
 
 
 def matrix_power(matrices, exponent):

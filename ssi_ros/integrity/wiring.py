@@ -12,6 +12,7 @@ from math import factorial
 import numpy as np
 from scipy.special import digamma
 from scipy.stats import chi2
+from ssi_ros.hermitian import inverse_root, white
 from ssi_ros.integrity.fault import Fault
 from ssi_ros.integrity.thresholds import LIMITS
 
@@ -131,11 +132,10 @@ def _distance(spectra, recorded):
     """Return D above its floor where the level of every band is free, mean over the bands."""
     count = len(spectra.channels)
     bins = int(np.ceil(count * BAND_AVERAGES / spectra.averages))
-    lower = np.linalg.inv(np.linalg.cholesky(spectra.expected))
-    white = (lower @ recorded @ lower.conj().swapaxes(-1, -2))[:len(recorded) // bins * bins]
-    white = white.reshape(-1, bins, count, count).mean(axis=1)
-    freedom, levels = spectra.averages * bins, np.einsum('bii->b', white).real / count
-    distance = (count * np.log(levels) - np.linalg.slogdet(white)[1]).mean()
+    each = white(inverse_root(spectra.expected), recorded)[:len(recorded) // bins * bins]
+    each = each.reshape(-1, bins, count, count).mean(axis=1)
+    freedom, levels = spectra.averages * bins, np.einsum('bii->b', each).real / count
+    distance = (count * np.log(levels) - np.linalg.slogdet(each)[1]).mean()
     # of Wishart matrices of so many averages, and of their traces
     floor = (count * (digamma(count * freedom) - np.log(count))
              - digamma(freedom - np.arange(count)).sum())

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ssi_ros.gap.inference.whittle import real_vectors, white
+from ssi_ros.hermitian import inverse_root, real_vectors, white
 
 NEXT, FAR = 3, 0.4       # modes to the next, or log frequency ratio, beyond which two are apart
 STEPS = 3               # of the reweighted least squares
@@ -142,7 +142,7 @@ def _lower(model, spectrum, first):
     if np.linalg.eigvalsh(middle).min() <= 0.0:
         middle = bounded(middle, spectrum, *BOUNDED)
     weights = middle if first else bounded(model, middle, *BOUNDED)
-    return np.linalg.inv(np.linalg.cholesky(weights))
+    return inverse_root(weights)
 
 
 def bounded(model, usual, low, high):

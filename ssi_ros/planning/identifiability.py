@@ -36,6 +36,7 @@ class Visible:
     alike: tuple                # (name, cosine of the scores) of the nearest effects
     separate_by: tuple = ()     # what would distinguish it from those that are tied with it
     without: float = float('nan')       # d' where no input is recorded, to first order in the size
+    near: tuple = ()            # (name, cosine of the scores) of all other effects
 
 
 def identifiability(spacecraft, duration_s, settings=DiagnosisSettings(), progress=None, *,
@@ -95,7 +96,7 @@ def identifiability(spacecraft, duration_s, settings=DiagnosisSettings(), progre
         found.setdefault(name, []).append(Visible(
             effect, float(detection[best]), float(exact[best]),
             at_size(effect, DETECTED / max(detection[best], 1e-9)), tuple(closest),
-            separate_by([name, *tied])))
+            separate_by([name, *tied]), near=tuple(near.items())))
     found = tuple(v for cls in known
                   for v in found.get(cls.name) or _by_detection(
                       cls, simulator.but(recorded=None), rows, settings))

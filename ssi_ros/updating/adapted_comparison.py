@@ -7,6 +7,7 @@ from ssi_ros.gap.inference.model_fit import fit
 from ssi_ros.gap.inference.score_test import make_templates
 from ssi_ros.gap.nominal.model_answer import fit_of
 from ssi_ros.gap.nominal.model_comparison import ModelComparison
+from ssi_ros.gap.selection.thresholds import SELECTION
 from ssi_ros.updating.adapt import Adapted, beside
 from ssi_ros.updating.prior import stand
 
@@ -103,6 +104,16 @@ class AdaptedComparison(ModelComparison):
             if gain < LEAST_GAIN:
                 break
         return found
+
+    def corrected(self, ranked):
+        """Leave out what linear errors make too likely, where another candidate leaves nothing."""
+        # beyond their linear range errors raise a likelihood that no such model has
+        def leaves_nothing(r):
+            return self.residual(r.fit).p_value >= SELECTION['residual_p'].value
+        own = [r for r in ranked if self.side(r.fit).candidate == r.fit.candidate]
+        if own and own[0] is not ranked[0] and any(leaves_nothing(r) for r in own):
+            ranked = [r for r in ranked if r in own or leaves_nothing(r)]
+        return super().corrected(ranked)
 
     def built(self, ranked, detections):
         """Return the effects of a candidate as a simulator has to be given them."""

@@ -16,7 +16,7 @@ from scipy.signal import lfilter
 
 from ssi_ros.effects.statistical_linearisation import linearise
 from ssi_ros.gap.candidate import Candidate
-from ssi_ros.gap.inference.whittle import real_vectors
+from ssi_ros.hermitian import inverse_root, real_vectors
 from ssi_ros.model.disturbances import Chirp, Sine
 from ssi_ros.model.excitation import Coloured, layers, source
 from ssi_ros.model.statespace import stationary_divisor
@@ -68,7 +68,7 @@ def heights_of(simulator, candidate, levels, errors, known=None):
     """
     known = known or correlation(simulator, candidate, levels)
     model, frame = simulator.expected(candidate, levels).at(levels), simulator.frame
-    lower = np.linalg.inv(np.linalg.cholesky(model.mean(axis=0)))
+    lower = inverse_root(model.mean(axis=0))
     heights = known.heights(lower, frame.segments / frame.inflation)
     return ModelUncertainty(tuple(f'height {i + 1}' for i in range(len(heights))),
                             heights.vectors(len(lower)), np.zeros(len(heights)),

@@ -12,8 +12,9 @@ import numpy as np
 
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.inference.model_fit import differences
-from ssi_ros.gap.inference.whittle import Evidence, hermitian, whiten
+from ssi_ros.gap.inference.whittle import Evidence, whiten
 from ssi_ros.gap.nominal.simulator import level_prior, Simulator
+from ssi_ros.hermitian import hermitian
 from ssi_ros.updating.correlation import Correlation, correlation
 from ssi_ros.updating.slopes import plain_slopes, slopes, summed_bins
 

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from ssi_ros.gap.inference.whittle import hermitian, real_vectors
+from ssi_ros.hermitian import hermitian, real_vectors
 
 STEPS, ENOUGH = 30, 1e-6        # of their fit at most, and the change at which it ends
 

@@ -13,7 +13,8 @@ from ssi_ros.effects.edits import mix, scale_stiffness
 from ssi_ros.effects.points import dispersed, single_modes, with_mode
 from ssi_ros.effects.statistical_linearisation import linearise
 from ssi_ros.gap.inference.thresholds import LIMITS
-from ssi_ros.gap.inference.whittle import hermitian, real_vectors, white, whiten
+from ssi_ros.gap.inference.whittle import whiten
+from ssi_ros.hermitian import hermitian, inverse_root, real_vectors, white
 from ssi_ros.model.errors import with_frequencies
 
 STEP = 1e-4             # relative change for a difference quotient
@@ -125,7 +126,7 @@ def model_uncertainty(simulator, candidate, levels, settings):
     # hinges are linearised once: so small a change of the rest leaves them as they are
     setup = replace(linearise(simulator.setup(candidate, levels)), drift=0.0)
     base = simulator.spectrum(setup).at(levels)
-    lower = np.linalg.inv(np.linalg.cholesky(base))
+    lower = inverse_root(base)
     found = [(name, size / STEP * real_vectors(white(
         lower, simulator.spectrum(moved).at(levels) - base)).mean(axis=0))
         for name, moved, size in _moves(setup, settings) if size > 0.0]

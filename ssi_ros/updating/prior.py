@@ -5,7 +5,7 @@ from functools import cached_property
 import numpy as np
 
 from ssi_ros.gap.candidate import Candidate
-from ssi_ros.gap.inference.whittle import real_vectors, white
+from ssi_ros.hermitian import inverse_root, real_vectors, white
 from ssi_ros.model.errors import declared
 from ssi_ros.updating.correlation import heights_of
 from ssi_ros.updating.model_uncertainty import model_uncertainty, ModelUncertainty
@@ -150,7 +150,7 @@ def error_directions(simulator, levels, prior, candidate=Candidate()):
     """
     nominal = simulator.expected(candidate, levels)
     base, frame = nominal.at(levels), simulator.frame
-    lower = np.linalg.inv(np.linalg.cholesky(base))
+    lower = inverse_root(base)
     sizes = np.maximum(np.linalg.norm(prior.root, axis=1), 1e-12)
     plain = plain_slopes(simulator, levels, sizes, candidate)
     each = plain.whitened(lower[0]) if plain else np.array([

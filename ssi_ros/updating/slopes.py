@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ssi_ros.gap.candidate import Candidate
-from ssi_ros.gap.inference.whittle import real_vectors, white
+from ssi_ros.hermitian import real_vectors, white
 from ssi_ros.model.disturbances import Chirp, Sine
 from ssi_ros.model.excitation import layers, source, Varying, White
 from ssi_ros.model.statespace import stationary_divisor
@@ -20,7 +20,7 @@ from ssi_ros.model.tangent import tangent
 PROBE = 1e-3            # of a size, for a difference quotient
 EXACT_PROBE = 1e-6      # for matrices, which are simple functions of the errors
 MATRICES = 'mass', 'damping', 'stiffness', 'sensor', 'input'
-BLOCK = 512             # bins that are whitened at a time
+TOGETHER = 16           # errors that are whitened at a time
 LEAST_NEAR, WIDTHS = 6, 6.0         # bins, and half-power half-widths, that are near a resonance
 STRIDE = 8              # bins apart, elsewhere
 
@@ -76,22 +76,23 @@ class PlainSlopes:
     def whitened(self, lower):
         """Return the whitened derivatives as real vectors, (p, k l l), in single precision."""
         (bins, count, _), p = lower.shape, self.of_terms.shape[-1]
-        swap = np.arange(count ** 2).reshape(count, count).T.ravel()
-        of_terms = self.of_terms.reshape(len(self.of_terms), -1).astype(np.complex64)
-        transforms = self.transforms.astype(np.complex64)
-        scaled = lower @ self.outputs
-        both = np.einsum('kia,kjb->kijab', scaled, scaled.conj()).reshape(
-            bins, count ** 2, count ** 2).astype(np.complex64)
+        of_terms = self.of_terms.transpose(2, 1, 0).reshape(-1, len(self.of_terms))
+        of_terms, by_bin = of_terms.astype(np.complex64), self.transforms.T.astype(np.complex64)
+        scaled, own = (lower @ self.outputs).astype(np.complex64), self._spectrum().astype(
+            np.complex64)
+        mixed = np.any(np.triu(scaled, 1))      # by cross-talk
         out = np.empty((p, bins, count ** 2), np.float32)
-        for begin in range(0, bins, BLOCK):
-            part = slice(begin, begin + BLOCK)
-            half = both[part] @ (transforms[part] @ of_terms).reshape(-1, count ** 2, p)
-            sums = half.real + half.imag
-            sums += half.real[:, swap] - half.imag[:, swap]
-            out[:, part] = sums.transpose(2, 0, 1)
-        for i in np.flatnonzero(self.of_gains.any(axis=1)):
-            half = white(scaled, self.of_gains[i][:, None] * self._spectrum())
-            out[i] += real_vectors(half + half.conj().swapaxes(-1, -2)).reshape(bins, -1)
+        for begin in range(0, p, TOGETHER):
+            part = slice(begin, begin + TOGETHER)
+            half = (of_terms[count ** 2 * begin:][:count ** 2 * TOGETHER] @ by_bin).reshape(
+                -1, count, count, bins).transpose(0, 3, 1, 2)
+            of_gains = self.of_gains[part]
+            if of_gains.any():
+                half = half + of_gains[:, None, :, None].astype(np.float32) * own
+            change = half + half.conj().swapaxes(-1, -2)
+            change = (scaled @ change @ scaled.conj().swapaxes(-1, -2) if mixed
+                      else white(scaled, change))
+            out[part] = real_vectors(change).reshape(-1, bins, count ** 2)
         return out.reshape(p, -1)
 
     def _spectrum(self):

@@ -1,6 +1,7 @@
 """A fault of the data is the answer of a diagnosis, in every form that it has."""
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from ssi_ros.cli.diagnose import text
 from ssi_ros.effects import inject, simulate_setup
@@ -8,7 +9,8 @@ from ssi_ros.gap.driver import diagnose
 from ssi_ros.gap.nominal.model import ModelNominal
 from ssi_ros.gap.nominal.recorded import RecordedNominal
 from ssi_ros.model import load_spacecraft
-from ssi_ros.model.uncertainty import EXACT
+from ssi_ros.model.errors import Calibration, declared
+from ssi_ros.model.uncertainty import EXACT, Uncertainty
 from ssi_ros.report.diagnosis_page import diagnosis_markdown, diagnosis_page
 
 SECONDS = 200.0
@@ -60,3 +62,19 @@ def test_a_healthy_record_has_no_fault(beside):
     found = diagnose(nominal, healthy)
     assert found.outcome == 'WITHIN_FLOOR'
     assert not any('channel' in s for s in found.signs)
+
+
+@pytest.mark.slow
+def test_a_scan_is_told_beside_a_model_that_may_be_wrong():
+    """Errors of 3 % turn phases as well; what a scan of the channels turns they do not explain."""
+    model = replace(load_spacecraft(), uncertainty=Uncertainty(frequency=0.03))
+    names, stds = declared(model)
+    wrong = replace(model, calibration=Calibration(
+        names, stds * np.random.default_rng(4).standard_normal(len(stds))))
+    record = simulate_setup(inject(wrong, (), 2 * SECONDS), 63)
+    assert diagnose(ModelNominal(model), record).outcome == 'WITHIN_FLOOR'
+    f = np.fft.rfftfreq(len(record.values), 1 / record.rate_hz)[:, None]
+    turn = np.exp(-2j * np.pi * f * 0.0005 * np.arange(record.values.shape[1]))
+    scanned = np.fft.irfft(np.fft.rfft(record.values, axis=0) * turn, len(record.values), axis=0)
+    found = diagnose(ModelNominal(model), replace(record, values=scanned))
+    assert found.outcome == 'UNEXPLAINED' and 'sampled 0.5' in found.reason

@@ -139,6 +139,7 @@ def test_fit_finds_the_size(text, name, spacecraft):
     assert std < abs(true - start.point()[0]) / 4              # and it is seen
 
 
+@pytest.mark.slow
 def test_jitter_is_told_from_the_motion_that_was():
     """Its noise follows the motion of each record, so that sizes scatter as much as is told."""
     craft = load_spacecraft()

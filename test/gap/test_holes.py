@@ -63,6 +63,7 @@ def test_lost_rows_leave_the_valleys_of_the_spectrum_as_they_are(samples, simula
     assert abs(after.likelihood - before.likelihood) < 4 * np.sqrt(len(values))
 
 
+@pytest.mark.slow
 def test_level_and_bias_are_told_with_the_holes():
     """A loud record with biased sensors, cut at the rails: both come out as they are."""
     level, bias, seconds = 2.0, np.array([4e-3, 0.0, -4e-3, 0.0]), 300.0

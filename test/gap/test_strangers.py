@@ -108,6 +108,7 @@ def test_a_gain_that_follows_the_temperature_is_told(channels, size, words):
     assert any(words in s and 'a drift of' in s for s in found.signs)
 
 
+@pytest.mark.slow
 def test_a_level_that_swings_is_no_wandering_gain():
     """What swings on all channels together is left to the effect of that name."""
     effect = parse_effect('nonstationary_excitation:depth=0.5,period_s=120')

@@ -61,6 +61,7 @@ def test_times_of_a_swing_are_its_own():
     assert np.corrcoef(shares, swing ** 2)[0, 1] > 0.7
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('text', ['impulsive_events:rate_per_min=2,impulse_n_m_s=0.08',
                                   'saturation:limit_m_s2=0.12'])
 def test_times_of_single_events_are_theirs(text):

@@ -29,6 +29,7 @@ def exact():
     return replace(load_spacecraft(), uncertainty=EXACT)
 
 
+@pytest.mark.slow
 def test_errors_of_the_model_hide_effects(found):
     """A stiffness is hidden by a declared one, a channel's own noise by none."""
     declared = identifiability(load_spacecraft(), SECONDS)

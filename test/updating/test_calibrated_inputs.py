@@ -28,6 +28,7 @@ def recorded(seed, *texts):
     return samples, simulated_inputs(setup, assemble(twin).excitation, samples, seed)
 
 
+@pytest.mark.slow
 def test_a_recorded_torque_tells_more_of_the_model():
     """Damping and shapes are known better, within what is said of them."""
     samples, inputs = recorded(10)
@@ -51,6 +52,7 @@ def test_a_wrong_sign_of_the_input_is_not_calibrated_upon():
                   inputs=[replace(inputs, values=-inputs.values)])
 
 
+@pytest.mark.slow
 def test_verbs_calibrate_beside_the_input(tmp_path, capsys):
     """`calibrate --input`, then `diagnose`, and both at once with --reference."""
     model, out = tmp_path / 'model.yaml', tmp_path / 'calibrated.yaml'

@@ -57,6 +57,7 @@ def test_the_proportions_of_channels_are_as_sharp_as_before(side):
     assert lost(side, templates) < 1.01
 
 
+@pytest.mark.slow
 def test_scores_beside_errors_have_the_variance_that_is_promised(side):
     """Of what errors leave of a controller; without correlations its variance is above 2."""
     names = 'attitude_controller', 'sensor_noise'

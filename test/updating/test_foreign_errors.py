@@ -9,11 +9,11 @@ from ssi_ros.cli.main import main
 from ssi_ros.effects import inject, parse_effect, simulate_setup
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.driver import diagnose
-from ssi_ros.gap.inference.whittle import real_vectors, white
 from ssi_ros.gap.nominal.model import ModelNominal
 from ssi_ros.gap.nominal.simulator import Simulator
 from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.gap.spectra.segmentation import make_frame
+from ssi_ros.hermitian import real_vectors, white
 from ssi_ros.model import save_model
 from ssi_ros.model.errors import Calibration, declared
 from ssi_ros.model.modal_errors import modal_uncertainty
@@ -87,6 +87,7 @@ def test_errors_take_back_what_an_effect_moves():
     assert before > 1e-3 and after < 0.1 * before
 
 
+@pytest.mark.slow
 def test_a_wrong_model_calibrated_names_a_softer_spring():
     """Errors within their deviations, no alarm on a healthy record, the effect in its place."""
     found = calibrate(model(), [record(51)], names=['healthy'])

@@ -50,6 +50,7 @@ def test_a_longer_record_leaves_less_doubt_and_an_exact_model_none():
     assert not doubt_of(replace(spacecraft, uncertainty=EXACT))[1].any()
 
 
+@pytest.mark.slow
 def test_a_mode_that_damps_less_than_its_model_is_no_sine():
     """Of ten records few have a line where the damping is a third; with an exact model most do."""
     spacecraft = load_spacecraft()

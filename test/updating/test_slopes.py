@@ -5,10 +5,10 @@ import pytest
 
 from ssi_ros.effects import parse_effect
 from ssi_ros.gap.candidate import Candidate
-from ssi_ros.gap.inference.whittle import real_vectors, white
 from ssi_ros.gap.nominal.simulator import Simulator
 from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.gap.spectra.segmentation import make_frame
+from ssi_ros.hermitian import real_vectors, white
 from ssi_ros.model.errors import declared
 from ssi_ros.updating.slopes import plain_slopes, slopes
 

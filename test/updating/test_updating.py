@@ -141,6 +141,7 @@ def test_a_model_alone_may_be_as_wrong_as_it_declares():
     assert quiet.outcome == 'WITHIN_FLOOR'
 
 
+@pytest.mark.slow
 def test_a_line_has_no_number_that_is_fitted_beside_errors():
     """Its frequency and torque are those of its detection."""
     found = diagnose(model(), record(

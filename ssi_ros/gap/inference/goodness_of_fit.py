@@ -11,7 +11,7 @@ import numpy as np
 from scipy.special import digamma, polygamma
 from scipy.stats import gamma
 from ssi_ros.gap.comparison import GapStatistic
-from ssi_ros.gap.inference.whittle import white
+from ssi_ros.hermitian import inverse_root, white
 
 Z90 = 1.645             # standard deviations to both sides of a 90 % interval
 
@@ -87,7 +87,7 @@ def compare(one, two, prediction=None, trust=1.0):
 
 def whitened(model, other):
     """Return Hermitian matrices whitened by those of a model, each (..., l, l)."""
-    return white(np.linalg.inv(np.linalg.cholesky(model)), other)
+    return white(inverse_root(model), other)
 
 
 def distance_of(periodograms, bins):

@@ -10,9 +10,10 @@ import numpy as np
 from scipy.stats import norm
 
 from ssi_ros.gap.candidate import Candidate
-from ssi_ros.gap.inference.whittle import hermitian, real_vectors, white, whiten, whiten_each
+from ssi_ros.gap.inference.whittle import whiten, whiten_each
 from ssi_ros.gap.nominal.simulator import level_prior
 from ssi_ros.gap.spectra.expected_periodogram import power_of
+from ssi_ros.hermitian import hermitian, inverse_root, real_vectors, white
 from ssi_ros.updating.score_variance import as_gaussian
 
 DRAWS = 4000
@@ -135,7 +136,7 @@ class Directions:
     def __init__(self, templates, plain, shares, uncertainty, frame, segments):
         self.effects, self.frame, self.channels = templates.effects, frame, plain.shape[-1]
         model = plain.mean(axis=0, keepdims=True)
-        lower = np.linalg.inv(np.linalg.cholesky(model))[0].astype(np.complex64)
+        lower = inverse_root(model)[0].astype(np.complex64)
         # templates are made at nominal levels: the excitation of the record scales them
         level = np.float32(power_of(shares[:-1]) / templates.level)
         self.flat = level * real_vectors(white(lower, templates.changes))

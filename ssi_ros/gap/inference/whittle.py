@@ -1,11 +1,11 @@
 """The debiased Whittle likelihood, and a record whitened by a model, eq. (97) to (99)."""
 from dataclasses import dataclass
 from functools import cached_property
-import math
 
 import numpy as np
 
 from ssi_ros.gap.spectra.segmentation import Frame, periodograms
+from ssi_ros.hermitian import inverse_root, real_vectors, white
 from threadpoolctl import ThreadpoolController
 
 BLAS = ThreadpoolController()       # more threads only slow these small matrices down
@@ -73,14 +73,13 @@ def whiten(model, evidence):
     observed, count, model = evidence.against(model)
     weight = count / evidence.frame.inflation
     try:
-        factor = np.linalg.cholesky(model)
+        lower = inverse_root(model)
     except np.linalg.LinAlgError:
         return Whitened(model, np.zeros((len(model), 0)), -np.inf, weight, evidence.segments,
                         evidence.known)
-    lower = np.linalg.inv(factor)
     flat = white(lower, observed)
-    diagonal = np.einsum('akii->aki', factor).real
-    value = -weight * (2 * np.log(diagonal).sum() + np.einsum('akii->', flat).real)
+    diagonal = np.einsum('akii->aki', lower).real
+    value = weight * (2 * np.log(diagonal).sum() - np.einsum('akii->', flat).real)
     flat = flat - np.eye(model.shape[-1])
     return Whitened(lower, real_vectors(flat), float(value) if np.isfinite(value) else -np.inf,
                     weight, evidence.segments, evidence.known)
@@ -91,25 +90,7 @@ def whiten_each(model, evidence):
     if len(model) > 1 or evidence.others:
         return whiten(np.broadcast_to(model, (evidence.frame.segments, *model.shape[1:])),
                       evidence).excess
-    lower = np.linalg.inv(np.linalg.cholesky(model[0]))
+    lower = inverse_root(model[0])
     # a spectrum is whitened with a sixteenth of the products of its periodograms
     flat = np.einsum('kij,skj->ski', lower, evidence.spectrum[list(evidence.segments)])
     return real_vectors(periodograms(flat) - np.eye(model.shape[-1]))
-
-
-def white(lower, change):
-    """Return L^-1 X L^-H of matrices X, with `lower` the inverse of L."""
-    return lower @ change @ lower.conj().swapaxes(-1, -2)
-
-
-def real_vectors(matrices):
-    """Return Hermitian matrices as real vectors with the same inner product, (a, k l l)."""
-    # the sum of real and imaginary part keeps tr A B: the cross terms cancel by symmetry
-    return (matrices.real + matrices.imag).reshape(
-        len(matrices), math.prod(matrices.shape[1:]))
-
-
-def hermitian(sums):
-    """Return the Hermitian matrices of such sums of real and imaginary part, (..., l, l)."""
-    turned = sums.swapaxes(-1, -2)
-    return (sums + turned) / 2 + 1j * (sums - turned) / 2

@@ -24,6 +24,8 @@ from ssi_ros.updating.adapted_comparison import AdaptedComparison
 from ssi_ros.updating.prior import known_by_recordings
 
 ROUNDS = 3              # in which a calibrated model moves to where its spectrum is linear
+REFILLS = 8             # of the gaps of a record by a model that is moved, at most,
+SETTLED = 0.05          # until no error moves by so many of its deviations
 
 
 @dataclass(frozen=True)
@@ -69,8 +71,7 @@ class ModelNominal:
         settings = getattr(self.spacecraft, 'cut', lambda usual: usual)(settings)
         spacecraft, simulator, record, levels = self.ready(samples, settings)
         effects = acting(effects, simulator)
-        there = {e.name for e in self.present}
-        record = replace(record, sought=tuple(n for n in effects if n not in there))
+        record = replace(record, sought=_without(self.present, effects))
         calibration = spacecraft.calibration
         prior = known_by_recordings(calibration) if calibration.covariance else None
 
@@ -80,10 +81,11 @@ class ModelNominal:
         as_it_is = beside(simulator, prior)
         if prior:
             return _settled(as_it_is, beside)
-        if spacecraft.uncertainty.exact or _explains(as_it_is):
+        doubt = as_it_is.doubtful       # errors of a model turn phases, and raise levels
+        if spacecraft.uncertainty.exact or _explains(as_it_is) and not doubt:
             return as_it_is
         # what is as far as this is wrong itself, more probably than one effect is so large
-        wrong = as_it_is.goodness_of_fit(as_it_is.null).lost > LIMITS.wrong_model.value
+        wrong = doubt or as_it_is.goodness_of_fit(as_it_is.null).lost > LIMITS.wrong_model.value
         best, explains = (None, False) if wrong else _best(as_it_is)
         if explains:
             return as_it_is
@@ -92,13 +94,12 @@ class ModelNominal:
         else:
             adapted, record = adapted_beside(spacecraft, simulator, record, settings, progress)
         moved = AdaptedComparison(simulator, adapted, record, settings, effects, progress)
-        if _explains(moved):
+        if doubt or _explains(moved):
             return moved
         there = next(iter(_search(moved).singles()), None)
         if wrong and not (there and moved.needs_errors(there.fit)):
             best, explains = _best(as_it_is)
-        as_probable = best and there and best.log_evidence > there.log_evidence
-        return as_it_is if explains or as_probable else moved
+        return as_it_is if explains or _is_better(best, there, moved) else moved
 
     def ready(self, samples, settings):
         """Return the model of the channels there are, its side, a Record and its levels."""
@@ -123,15 +124,22 @@ class ModelNominal:
             raw if filled else ()), levels
 
 
+def _without(present, effects):
+    """Return the names of effects without those that a model has already."""
+    return tuple(n for n in effects if n not in {e.name for e in present})
+
+
 def _adapted(simulator, record, settings, progress):
     """Return the model moved onto a record, and the record, its gaps filled by the moved model."""
     adapted = adapt(simulator, record.samples, settings, progress)
-    if record.raw:
+    for _ in range(REFILLS if record.raw else 0):
         # what was filled by a model that is wrong is no motion of this structure
         _, samples, spectra, _ = completed(
             adapted.simulator.but(compensation=None), *record.raw, settings)
-        record = replace(record, samples=samples, spectra=spectra)
+        record, before = replace(record, samples=samples, spectra=spectra), adapted.fit.values
         adapted = adapt(simulator, samples, settings, before=adapted)
+        if np.abs((adapted.fit.values - before) / adapted.fit.stds).max() < SETTLED:
+            break
     return adapted, record
 
 
@@ -167,6 +175,12 @@ def _explains(comparison):
         return True
     return not _is_far(comparison, comparison.null) and comparison.residual(
         comparison.null).p_value > comparison.settings.false_alarm
+
+
+def _is_better(best, there, moved):
+    """Return whether what explains nothing is more probable than what a moved model has."""
+    return best and there and best.log_evidence > there.log_evidence and moved.residual(
+        there.fit).p_value < SELECTION['residual_p'].value
 
 
 def _is_far(comparison, fit):

@@ -64,6 +64,7 @@ class ModelComparison(Comparison):
         self.notes += tuple(f.text for f in faults)
         self.mismatch = as_reason(faults) or (
             '' if record.detections else implausible_levels(levels))
+        self.doubtful = bool(self.mismatch) and {f.kind for f in faults} <= {'scan skew'}
         self._fits, self._residuals, self._estimates, self._alone = {}, {}, {}, {}
 
     def fit(self, candidate, start=None, fold=None, thorough=True):
@@ -150,8 +151,7 @@ class ModelComparison(Comparison):
         found, odd, trials = self.detections(fit)
         changes = score_changes(self.unmodelled, fit.state, self.record.spectra,
                                 self.side(fit).uncertainty)
-        p_values = float(norm.sf(gap.deviations)), gap.local_p_value(
-            spread=self.scatter.bands)
+        p_values = float(norm.sf(gap.deviations)), gap.local_p_value(spread=self.scatter.bands)
         residual = answer.joined_tests(test, gap, p_values, found, odd + detect_change(
             replace(changes, z=changes.z / self.scatter.changes)), trials)
         if fit is self.null or residual.p_value >= LIMITS['second_effect_p'].value:

@@ -7,7 +7,7 @@ import numpy as np
 from ssi_ros.effects import applicable, effect_class, inject
 from ssi_ros.effects.stream import stream_setup, stretches
 from ssi_ros.gap.candidate import Candidate
-from ssi_ros.gap.inference.whittle import BLAS, hermitian, real_vectors, white
+from ssi_ros.gap.inference.whittle import BLAS
 from ssi_ros.gap.nominal.simulator import Simulator
 from ssi_ros.gap.nominal.starting_points import starting_points
 from ssi_ros.gap.online.e_detector import Bank, bets_on
@@ -17,6 +17,7 @@ from ssi_ros.gap.online.window_statistics import level_basis, project, statistic
 from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.gap.spectra.expected_periodogram import Expected
 from ssi_ros.gap.spectra.segmentation import Frame, make_frame, spectra
+from ssi_ros.hermitian import hermitian, inverse_root, real_vectors, white
 from ssi_ros.quantity import check, quantity
 from ssi_ros.records import Samples
 from ssi_ros.updating.live_bias import largest_bias
@@ -151,7 +152,7 @@ def _frame(rate_hz, settings):
 def _templates(simulator, starts, report):
     """Yield effect, site, text and direction (k l l,), of norm 1, of all templates."""
     nominal = simulator.expected(Candidate())
-    lower = np.linalg.inv(np.linalg.cholesky(nominal.at_nominal))
+    lower = inverse_root(nominal.at_nominal)
     levels = level_basis(nominal.shares, lower)
     for *labels, change in _changes(simulator, nominal.at_nominal, starts, report):
         row = real_vectors(white(lower, change))[0]

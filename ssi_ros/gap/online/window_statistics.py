@@ -6,8 +6,8 @@ from scipy.stats import gamma, norm
 
 from ssi_ros.effects import ModalPattern, Site
 from ssi_ros.effects.registry import showing
-from ssi_ros.gap.inference.whittle import real_vectors, white
 from ssi_ros.gap.spectra.segmentation import periodograms
+from ssi_ros.hermitian import inverse_root, real_vectors, white
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +29,7 @@ def level_basis(shares, lower):
 def project(model, levels):
     """Return the Projection on the templates of a LiveModel at fitted levels."""
     base = model.expected.at(levels)
-    lower = np.linalg.inv(np.linalg.cholesky(base))
+    lower = inverse_root(base)
     basis = level_basis(model.expected.shares, lower).astype(np.float32)
     rest = 1.0 - np.sum((model.templates @ basis) ** 2, axis=1)
     aim = np.einsum('kij,kj->ki', lower[0], model.line)

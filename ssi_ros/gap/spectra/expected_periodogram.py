@@ -143,8 +143,7 @@ def autocovariance(sampled, inputs, powers, turn=1.0):
     d = sampled.d[:, live]
     state = (b @ q @ b.conj().T) / stationary_divisor(poles, sampled.rate_hz, turn)
     ahead = poles[:, None] * (state @ c.conj().T) + b @ q @ d.T        # E[z(k + 1) y(k)^T]
-    kept = len(sampled.poles)
-    count = len(c)
+    kept, count = len(sampled.poles), len(c)
     now = c @ state @ c.conj().T + d @ q @ d.T
     # R(lag) = sum c_i pole_i^(lag - 1) ahead_i: one product for all lags
     residues = (c.T[:, :, None] * ahead[:, None, :]).reshape(-1, count * count)
@@ -152,8 +151,8 @@ def autocovariance(sampled, inputs, powers, turn=1.0):
         # poles in pairs: twice the real part of one of them
         residues = sampled.weight[:, None] * residues[:kept]
         out = np.empty((len(powers) + 1, count, count))
-        out[1:] = (powers.real @ residues.real - powers.imag @ residues.imag).reshape(
-            -1, count, count)
+        parts = np.stack([residues.real, -residues.imag], axis=1).reshape(2 * kept, -1)
+        np.matmul(powers.view(float), parts, out=out[1:].reshape(len(powers), -1))
         out[0] = now.real
         return out
     later = powers @ residues[:kept] + powers[:, pair].conj() @ residues[kept:]

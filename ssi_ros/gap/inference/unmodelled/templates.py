@@ -14,8 +14,8 @@ from ssi_ros.effects.points import single_modes, with_mode
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.inference.score_test import Directions, Templates
 from ssi_ros.gap.inference.thresholds import LIMITS
-from ssi_ros.gap.inference.whittle import hermitian
 from ssi_ros.gap.spectra.expected_periodogram import power_of
+from ssi_ros.hermitian import hermitian, inverse_root
 from ssi_ros.model.excitation import Coloured, source, White
 from ssi_ros.updating.model_uncertainty import no_uncertainty
 from ssi_ros.updating.score_variance import energies, score_std
@@ -61,7 +61,7 @@ def constant_templates(simulator):
     model = nominal.at_nominal.mean(axis=0)
     here = Directions(templates, model[None], nominal.shares,
                       no_uncertainty(frame, model.shape[-1]), frame, tuple(range(frame.segments)))
-    lower = np.linalg.inv(np.linalg.cholesky(model))
+    lower = inverse_root(model)
     for i, change in enumerate(changes):
         if change.damped is None:
             continue

@@ -7,8 +7,8 @@ import numpy as np
 from ssi_ros.gap.inference.fisher_scoring import covariance, maximise
 from ssi_ros.gap.inference.goodness_of_fit import divergence
 from ssi_ros.gap.inference.thresholds import LIMITS
-from ssi_ros.gap.inference.whittle import hermitian, real_vectors, white
 from ssi_ros.gap.spectra.band_averages import level_of
+from ssi_ros.hermitian import hermitian, inverse_root, real_vectors, white
 from ssi_ros.levels.forces import bounded, turning
 
 STEPS = 12
@@ -125,7 +125,7 @@ class _Place:
         mean = self.prediction.mean
         part = record.n_one / (record.n_one + record.n_two)
         factor = np.linalg.cholesky(part * mean + (1 - part) * record.mean)
-        bend = factor @ np.linalg.inv(np.linalg.cholesky(mean))
+        bend = factor @ inverse_root(mean)
         self.root = np.sqrt(record.weight)
         self.lower = whitener(factor, nominal.trust)
         self.around = nominal.with_spectrum(filtered(bend, nominal.spectrum))

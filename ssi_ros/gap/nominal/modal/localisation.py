@@ -5,9 +5,8 @@ import numpy as np
 
 from ssi_ros.gap.comparison import GapStatistic
 from ssi_ros.gap.inference.goodness_of_fit import divergence, floor_of_band
-from ssi_ros.gap.inference.whittle import white
 from ssi_ros.gap.selection.localisation import locate, Measured, Segment, shares_of
-from ssi_ros.hermitian import whitened_alike
+from ssi_ros.hermitian import inverse_root, white, whitened_alike
 
 WIDER = 6               # bands joined for a group, which has hardly more spectra than channels
 
@@ -57,7 +56,7 @@ def _segments(recordings, n_one):
                                    recordings.floor_factors)
     share, half_s = (n_one / (n_one + two.freedom))[:, None, None], (
         two.weights * two.cut.rows / two.cut.rate_hz / 2)
-    lower = np.linalg.inv(np.linalg.cholesky(share * null + (1 - share) * two.mean))
+    lower = inverse_root(share * null + (1 - share) * two.mean)
     wide, width = min(WIDER, len(n_one)), null.shape[-1]
     count = len(n_one) // wide
 
