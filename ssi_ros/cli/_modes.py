@@ -4,9 +4,10 @@ from dataclasses import replace
 import math
 from pathlib import Path
 
+from ssi_ros.bag.export import pyuff_module, UNIVERSAL
 from ssi_ros.whole_file import whole_file, whole_path
 
-ENDS = ('.csv', '.uff', '.unv')
+ENDS = ('.csv', *UNIVERSAL)
 
 
 def parse_band(text):
@@ -57,16 +58,7 @@ def check_modes(path):
     if path.suffix.lower() not in ENDS:
         raise ValueError(f'--modes {path}: name a file that ends in ' + ' or '.join(ENDS))
     if path.suffix.lower() != '.csv':
-        _pyuff()
-
-
-def _pyuff():
-    try:
-        import pyuff
-    except ImportError:
-        raise ValueError('universal files need pyuff: pip install pyuff; or name a .csv') \
-            from None
-    return pyuff
+        pyuff_module()
 
 
 def write_modes(path, window, names):
@@ -90,7 +82,7 @@ def write_modes(path, window, names):
     if path.suffix.lower() == '.csv':
         _write_csv(path, window, names)
         return
-    pyuff = _pyuff()
+    pyuff = pyuff_module()
     with whole_path(path) as draft:         # a new one: the package appends
         pyuff.UFF(str(draft)).write_sets(
             [_set_55(m, k, names) for k, m in enumerate(window.modes, 1)], 'overwrite')

@@ -3,13 +3,14 @@ import os
 from pathlib import Path
 import shutil
 
-# options that name a file to write
-FILES = ('json', 'html', 'markdown', 'apply', 'output', 'modes')
+# options that name a file to write, and a folder that is made as needed
+FILES = ('json', 'html', 'markdown', 'apply', 'output', 'modes', 'npz')
+FOLDERS = ('plot', 'folder')
 
 
 def check_outputs(args):
     """
-    Check that every file that the options name can be written.
+    Check that every file and every folder that the options name can be written.
 
     Raises
     ------
@@ -33,6 +34,14 @@ def check_outputs(args):
                              'first')
         if not os.access(path if path.exists() else path.parent, os.W_OK):
             raise OSError(f'{option} {path} may not be written to')
+    for name in FOLDERS:
+        if value := getattr(args, name, None):
+            path = Path(value)
+            there = next(p for p in (path, *path.absolute().parents) if p.exists())
+            if not there.is_dir():
+                raise ValueError(f'--{name} {path}: {there} is a file; name a folder')
+            if not os.access(there, os.W_OK):
+                raise OSError(f'--{name} {path}: {there} may not be written to')
 
 
 def is_bag(args, name):

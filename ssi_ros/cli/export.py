@@ -1,5 +1,5 @@
-"""Write stamps and values of a bag's channels to an NPZ or CSV file."""
-HELP = "write a bag's channels to NPZ or CSV"
+"""Write stamps and values of a bag's channels to an NPZ, CSV or universal file (UFF-58)."""
+HELP = "write a bag's channels to NPZ, CSV or a universal file"
 EXAMPLE = 'ssi_ros export night_1 --output night_1.csv --channel /imu:linear_acceleration.z'
 
 
@@ -8,7 +8,8 @@ def add_arguments(parser):
     from ssi_ros.cli._options import add_scale
     add_scale(parser)
     parser.add_argument('bag', metavar='BAG', help='folder of the bag, or its .mcap or .db3')
-    parser.add_argument('--output', required=True, metavar='FILE', help='FILE.npz or FILE.csv')
+    parser.add_argument('--output', required=True, metavar='FILE',
+                        help='FILE.npz, FILE.csv, or FILE.uff or .unv (needs pyuff)')
     parser.add_argument('--channel', action='append', metavar='TOPIC:FIELD',
                         help='what to write, repeatable (default: the accelerometers)')
 

@@ -16,10 +16,12 @@ it. It takes minutes for a model with a hundred uncertain numbers.
 """
 from pathlib import Path
 
+from ssi_ros.quantity import fixed
 from ssi_ros.whole_file import write_whole
 
 HELP = 'which effects a record of a given length would show and distinguish'
 EXAMPLE = 'ssi_ros identifiability --duration-s 600'
+MOST_TIMES = 1000       # by which a recorded input raises d', as it is written
 INPUT = ('an input of the model that will be recorded, by its name (torque_x) or as `diagnose '
          '--input` will have it (/input/torque_x:wrench.torque.x); repeatable')
 
@@ -33,6 +35,8 @@ def add_arguments(parser):
                         help='length of the record [s] (default: 600)')
     parser.add_argument('--input', action='append', metavar='NAME', help=INPUT)
     parser.add_argument('--json', type=Path, metavar='FILE', help='write table and classes there')
+    parser.add_argument('--html', type=Path, metavar='FILE',
+                        help='write a page with the table and the matrix of cosines')
     parser.add_argument('--settings', metavar='FILE', help='YAML as config/diagnosis.yaml')
 
 
@@ -44,6 +48,7 @@ def run(args):
     from ssi_ros.effects import load_configuration
     from ssi_ros.gap.settings import load_settings
     from ssi_ros.planning.identifiability import classes, identifiability
+    from ssi_ros.planning.rows import cosines, rows_of
 
     settings = load_settings(args.settings)
     model = load_configuration(args.model)[0]
@@ -52,28 +57,24 @@ def run(args):
         found = identifiability(model, args.duration_s, settings, progress, inputs=inputs)
     if inputs:
         print(f'recorded: {", ".join(inputs)}')
-    groups = classes(found, settings.tie_cosine)
-    print("     d'" + '   without  times' * bool(inputs)
-          + "  if exact  effect, place and size probed; size at d' = 4; most alike (cosine)")
-    for v in found:
-        near = ', '.join(f'{n} {c:.2f}' + (' TIED' if c > settings.tie_cosine else '')
-                         for n, c in v.alike)
-        size, exact = ('-' if d != d else f'{d:.1f}' for d in (v.detection, v.exact))
-        more = ''
-        if inputs:
-            more = (f'  {v.without:>8.1f}  {v.detection / max(v.without, 1e-9):>5.2f}'
-                    if v.without == v.without else '         -      -')
-        print(f'{size:>7}{more}  {exact:>8}  ' + '; '.join(
-            filter(None, (v.effect.text(), _at_limit(v), near))))
+    groups, rows = classes(found, settings.tie_cosine), rows_of(found)
+    print(_table(rows, settings.tie_cosine, bool(inputs)))
     print('\nnot distinguished up to about 8 standard deviations:')
     for group, ways in groups:
         print(f'  {", ".join(group)}; what would distinguish them: {"; ".join(ways)}')
+    names, matrix = cosines(found)
+    if args.html:
+        from ssi_ros.report.identifiability_page import identifiability_page
+        write_whole(args.html, identifiability_page(
+            rows, groups, (names, matrix), args.duration_s, args.model or '', inputs))
+        print(f'wrote {args.html}')
     if args.json:
         plain = {
             'schema': 'ssi_ros/identifiability/1', 'duration_s': args.duration_s,
             'inputs': list(inputs),
             'classes': [list(group) for group, _ in groups],
             'separate_by': [list(ways) for _, ways in groups],
+            'cosines': {'effects': list(names), 'matrix': matrix.round(4).tolist()},
             'effects': [{'effect': v.effect.text(), 'name': v.effect.name,
                          'detection': v.detection if v.detection == v.detection else None,
                          'exact': v.exact if v.exact == v.exact else None,
@@ -96,9 +97,25 @@ def planned(model, given):
     return tuple(dict.fromkeys(names))
 
 
-def _at_limit(visible):
-    """Return the size at the detection limit."""
-    if visible.seen is None:
-        return 'any size'
-    size = visible.effect.size
-    return f'{size}={getattr(visible.seen, size):.4g}'
+def _table(rows, limit, inputs):
+    """Return the rows as text in columns; (tied) where effects are one class."""
+    heads = ['effect', 'at', "d'", *(['without', 'times'] if inputs else []), 'if exact',
+             "size at d' = 4", 'probed', 'most alike (cosine)']
+    lines = [[r.name, r.where, fixed(r.detection, 1),
+              *([fixed(r.without, 1), _times(r)] if inputs else []),
+              fixed(r.exact, 1), r.seen, r.probed,
+              ', '.join(f'{n} {c:.2f}' + ' (tied)' * (c > limit) for n, c in r.alike)]
+             for r in rows]
+    widths = [max(len(line[k]) for line in (heads, *lines)) for k in range(len(heads))]
+    right = {k for k, h in enumerate(heads) if h in ("d'", 'without', 'times', 'if exact')}
+    return '\n'.join('  '.join(
+        cell.rjust(w) if k in right else cell.ljust(w)
+        for k, (cell, w) in enumerate(zip(line, widths))).rstrip() for line in (heads, *lines))
+
+
+def _times(row):
+    """Return by how much recorded inputs raise d'."""
+    if row.without != row.without:
+        return '-'
+    return (f'{row.detection / row.without:.2f}' if row.detection < MOST_TIMES * row.without
+            else f'> {MOST_TIMES}')

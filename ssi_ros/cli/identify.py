@@ -46,6 +46,12 @@ def add_arguments(parser):
     parser.add_argument('--modes', type=Path, metavar='FILE',
                         help='write the modes of the last window: .csv, or .uff or .unv, a '
                         'universal file with data sets 55 (needs pyuff)')
+    parser.add_argument('--picks', type=Path, metavar='FILE',
+                        help='take the poles that were picked and saved on the page of --plot, '
+                        'in every window, in place of those that stabilise')
+    parser.add_argument('--efdd', action='store_true',
+                        help='compare the modes of the last window with enhanced frequency domain '
+                        'decomposition')
     add_scale(parser)
     add_quantities(parser, Identification)
 
@@ -61,13 +67,15 @@ def run(args):
     from ssi_ros.cli._options import Progress, read_quantities
     from ssi_ros.identify import Identification, Method
     from ssi_ros.identify.modes_json import modes_json
+    from ssi_ros.identify.picks import load_picks
     from ssi_ros.identify.stamped import identify_stamped
 
     settings = read_quantities(args, Identification)
     band = parse_band(args.band) if args.band else None
     check_modes(args.modes)
     inputs = [parse_channel(c) for c in args.input or ()]
-    method = Method(args.method, tuple(c.name for c in inputs))
+    method = Method(args.method, tuple(c.name for c in inputs),
+                    load_picks(args.picks) if args.picks else ())
     with Progress('reading') as progress:
         channels = [parse_channel(c) for c in args.channel] if args.channel else None
         recording = _read(args.bag, channels, inputs, progress)
@@ -98,14 +106,45 @@ def run(args):
     if args.explain is not None:
         from ssi_ros.identify import explain
         print(explain(windows[-1], args.explain), file=out)
+    if args.efdd:
+        print(_compared(windows[-1], recording, len(names), grid.rate_hz), file=out)
     if args.plot:
-        from ssi_ros.identify.plots import write_plots
         with Progress('drawing'):
-            paths = write_plots(windows, args.plot, names, recording.stamps_ns[:len(names)],
-                                recording.values[:len(names)], grid.rate_hz)
+            paths = _draw(args, windows, names, recording, grid.rate_hz)
         for path in paths:
             print(f'wrote {path}', file=out)
     return 0 if any(w.modes for w in windows) else 1
+
+
+def _draw(args, windows, names, recording, rate_hz):
+    """Write the pictures and the page; return their paths."""
+    import shlex
+
+    from ssi_ros.identify.plot_tracks import thinned
+    from ssi_ros.identify.plots import spectrum_of, write_plots
+    from ssi_ros.report.identification_page import identification_page
+    spectrum = spectrum_of(windows[-1], recording.stamps_ns[:len(names)],
+                           recording.values[:len(names)], rate_hz)
+    paths = write_plots(windows, args.plot, names, spectrum)
+    command = ' '.join(['ssi_ros identify', shlex.quote(str(args.bag)), *(
+        f'{option} {value:g}' for option, value in (
+            ('--window-s', args.window_s), ('--hop-s', args.hop_s))),
+        *(f'--channel {shlex.quote(c)}' for c in args.channel or ())])
+    paths.append(args.plot / 'index.html')
+    write_whole(paths[-1], identification_page(
+        args.bag.name, thinned(windows), names, spectrum, total=len(windows), command=command))
+    return paths
+
+
+def _compared(window, recording, count, rate_hz):
+    """Return the modes of a window beside those of frequency domain decomposition, as text."""
+    from ssi_ros.identify.efdd import efdd, efdd_table
+    from ssi_ros.identify.plots import rows_of
+    if not window.modes:
+        return 'enhanced frequency domain decomposition: no mode to compare'
+    rows = rows_of(window, recording.stamps_ns[:count], recording.values[:count], rate_hz)
+    return ('enhanced frequency domain decomposition of the last window:\n'
+            + efdd_table(window.modes, efdd(rows, rate_hz, window.modes)))
 
 
 def say_offsets(recording, names, windows, rate_hz):

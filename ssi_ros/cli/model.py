@@ -121,7 +121,15 @@ def _table(modes, lengths):
                 f'{m.verdict:<16}{m.rms:>10.2e}')
         if lengths:
             line += f'{m.peak_to_noise:>12.1e}' + ''.join(
-                f'{value:>{width}.1f}' if value < 1e6 else f'{"-":>{width}}'
+                f'{_length(value, m.frequency_hz):>{width}}'
                 for value, width in ((m.frequency_s, 13), (m.damping_s, 13), (m.apart_s, 11)))
         lines.append(line)
     return '\n'.join(lines)
+
+
+def _length(value_s, frequency_hz):
+    """Return a length of record as text; what is less than a cycle is not known better."""
+    if not value_s < 1e6:
+        return '-'
+    cycle_s = 1.0 / frequency_hz
+    return f'{value_s:.1f}' if value_s >= cycle_s else f'< {cycle_s:.2g}'

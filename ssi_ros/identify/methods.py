@@ -39,6 +39,8 @@ class Method:
     inputs : tuple of str
         Names of the recorded inputs, which okid needs; their columns follow those of the
         accelerometers.
+    picks : tuple of Pick
+        Poles that are the modes; none leaves the choice to what stabilises.
 
     Raises
     ------
@@ -49,6 +51,7 @@ class Method:
 
     name: str = 'ssi_cov'
     inputs: tuple = ()
+    picks: tuple = ()
 
     def __post_init__(self):
         if self.name not in METHODS:

@@ -3,6 +3,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ssi_ros.identify.picks import orders_of, picked_chains
 from ssi_ros.identify.realise import poles_of
 from ssi_ros.identify.spread import block_spectra, spreads_of, unknown
 from ssi_ros.identify.stability import chain, hard_criteria, LOW, orders_to_try, verdict
@@ -52,7 +53,7 @@ class Candidate:
     share: float = 1.0
 
 
-def band_modes(factors, floor, shares, covariances, band, number, rows, settings):
+def band_modes(factors, floor, shares, covariances, band, number, rows, settings, picks=()):
     """
     Identify the modes of one band in one window.
 
@@ -74,6 +75,8 @@ def band_modes(factors, floor, shares, covariances, band, number, rows, settings
         Block rows i.
     settings : Identification
         Settings.
+    picks : sequence of Pick
+        Poles to take in place of those that stabilise.
 
     Returns
     -------
@@ -87,6 +90,13 @@ def band_modes(factors, floor, shares, covariances, band, number, rows, settings
     significant = int(np.count_nonzero(factors.singular_values > floor))
     if significant < 2:      # a mode needs two states
         return [], [], BandTrace(band.rate_hz, factors.singular_values, floor, ())
+    if picks:
+        orders = orders_of(picks, band, rank)
+        every = poles_of(factors, orders, band.rate_hz) if orders else ()
+        chains, rejected = picked_chains(every, picks, band)
+        return (_candidates(chains, orders, covariances, factors, shares, rows, band, number),
+                rejected, BandTrace(band.rate_hz, factors.singular_values, floor,
+                                    tuple(p for c in chains for p in _poles(c))))
     # responses to pulses have so little noise that lower orders only lack modes
     orders = orders_to_try(significant, rank, settings.order_max, settings.orders,
                            LOW if factors.inputs is not None else 1.0)

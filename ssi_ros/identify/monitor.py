@@ -17,6 +17,7 @@ from ssi_ros.identify.lags import BLOCKS, Ring
 from ssi_ros.identify.methods import Method, realise
 from ssi_ros.identify.missing import Gaps
 from ssi_ros.identify.modes import band_modes
+from ssi_ros.identify.picks import one_of_each_pick
 from ssi_ros.identify.settings import Identification
 from ssi_ros.identify.shapes import mac
 from ssi_ros.identify.traced import TracedWindow
@@ -203,7 +204,7 @@ class Monitor:
                     self.method, covariances, kept if live.all() else kept[:, live], driven,
                     self.rows, self.settings)
                 found, left, trace = band_modes(*realised, covariances, band, number, self.rows,
-                                                self.settings)
+                                                self.settings, self.method.picks)
             except (np.linalg.LinAlgError, ValueError) as error:
                 reason = '; '.join(filter(None, (reason, f'band of {band.rate_hz:g} Hz: {error}')))
                 continue
@@ -212,7 +213,8 @@ class Monitor:
             traces.append(trace)
         if not candidates and not reason:
             reason = 'no mode stands above the noise of the window'
-        kept, double = one_of_each(candidates)
+        picks = self.method.picks
+        kept, double = one_of_each_pick(candidates, picks) if picks else one_of_each(candidates)
         rejected += double
         modes = self._labelled(kept, held_s)
         tracks, modes, births, deaths = track(self.tracks, modes)

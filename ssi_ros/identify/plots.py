@@ -1,5 +1,5 @@
 """
-Pictures of an identification: PNG and SVG to print, one HTML page to look into.
+Pictures of an identification: PNG and SVG to print. The page to look into is `report`'s.
 
 Colours are only ever a second sign: markers, numbers and positions tell the same without them.
 """
@@ -7,12 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
-from ssi_ros.identify.plot_page import page
 from ssi_ros.identify.plot_shapes import complex_plane, shapes_at_channels
 from ssi_ros.identify.plot_stability import singular_values, stabilisation
 from ssi_ros.identify.plot_style import PLAIN
 from ssi_ros.identify.plot_tracks import thinned, tracks
-from ssi_ros.whole_file import whole_path, write_whole
+from ssi_ros.whole_file import whole_path
 
 FIGURES = {
     'stabilisation': lambda windows, names, spectrum: stabilisation(windows[-1], spectrum),
@@ -24,7 +23,7 @@ FIGURES = {
 }
 
 
-def write_plots(windows, folder, names, stamps_ns=(), values=(), rate_hz=0.0):
+def write_plots(windows, folder, names, spectrum=None):
     """
     Write the pictures of an identification.
 
@@ -36,16 +35,13 @@ def write_plots(windows, folder, names, stamps_ns=(), values=(), rate_hz=0.0):
         Made where it does not exist.
     names : sequence of str
         Of the channels.
-    stamps_ns, values : sequence of ndarray, optional
-        Stamps [ns] and samples of each channel; with them the spectrum of the last window is
-        shown behind its poles.
-    rate_hz : float, optional
-        Sampling rate of these samples [Hz].
+    spectrum : tuple of ndarray, optional
+        That of the last window, of `spectrum_of`, shown behind its poles.
 
     Returns
     -------
     list of Path
-        NAME.png and NAME.svg for every figure, and index.html.
+        NAME.png and NAME.svg for every figure.
 
     Raises
     ------
@@ -60,7 +56,6 @@ def write_plots(windows, folder, names, stamps_ns=(), values=(), rate_hz=0.0):
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    spectrum = spectrum_of(windows[-1], stamps_ns, values, rate_hz)
     shown = thinned(windows)
     paths = []
     with rc_context(PLAIN):
@@ -71,8 +66,6 @@ def write_plots(windows, folder, names, stamps_ns=(), values=(), rate_hz=0.0):
                 paths.append(folder / f'{name}.{end}')
                 with whole_path(paths[-1]) as draft:
                     figure.savefig(draft, dpi=130)
-    paths.append(folder / 'index.html')
-    write_whole(paths[-1], page(shown, names, spectrum, len(windows)))
     return paths
 
 
@@ -89,22 +82,28 @@ def spectrum_of(window, stamps_ns, values, rate_hz, segments=6):
         Level over 1/Hz [dB].
 
     """
-    n = round((window.end_ns - window.start_ns) * 1e-9 * rate_hz)
-    size = 2 * n // (segments + 1)
-    if size < 16 or len(stamps_ns) == 0:
+    rows = rows_of(window, stamps_ns, values, rate_hz)
+    size = 2 * len(rows) // (segments + 1)
+    if size < 16 or not rows.shape[1]:
         return None
     total = np.zeros(size // 2 + 1)
     taper = np.hanning(size)
-    for stamps, samples in zip(stamps_ns, values):
-        at = np.rint((np.asarray(stamps) - window.start_ns) * 1e-9 * rate_hz).astype(np.int64)
-        samples = np.asarray(samples, dtype=float)
-        inside = (at >= 0) & (at < n) & (np.abs(samples) < 1e100)
-        if not inside.any():
-            continue
-        row, samples = np.zeros(n), samples[inside]
-        row[at[inside]] = (samples - samples.mean()) / (samples.std() or 1.0)
-        for first in range(0, n - size + 1, max(1, size // 2)):
+    for row in rows.T[~np.isnan(rows).all(axis=0)]:
+        row = np.nan_to_num((row - np.nanmean(row)) / (np.nanstd(row) or 1.0))
+        for first in range(0, len(row) - size + 1, max(1, size // 2)):
             total += np.abs(np.fft.rfft(taper * row[first:first + size])) ** 2
     frequency = np.fft.rfftfreq(size, 1.0 / rate_hz)
     level = total / (rate_hz * (taper ** 2).sum())
     return frequency[1:], 10.0 * np.log10(np.maximum(level[1:], 1e-30))
+
+
+def rows_of(window, stamps_ns, values, rate_hz):
+    """Return the samples in a window as even rows (n, l), NaN where one is missing."""
+    rows = np.full((round((window.end_ns - window.start_ns) * 1e-9 * rate_hz), len(values)),
+                   np.nan)
+    for column, stamps, samples in zip(rows.T, stamps_ns, values):
+        at = np.rint((np.asarray(stamps) - window.start_ns) * 1e-9 * rate_hz).astype(np.int64)
+        samples = np.asarray(samples, dtype=float)
+        inside = (at >= 0) & (at < len(rows)) & (np.abs(samples) < 1e100)
+        column[at[inside]] = samples[inside]
+    return rows

@@ -11,7 +11,7 @@ from ssi_ros.report.before_after import pair
 from ssi_ros.report.curves import density, record_periodograms
 from ssi_ros.report.diagnosis_sections import diagnosis_sections, summary
 from ssi_ros.report.mode_pictures import (
-    close_modes, mode_table, shape_table, stabilisation, tracks)
+    close_modes, mode_table, notes, shape_table, stabilisation, tracks)
 from ssi_ros.report.mode_words import modes_sentence
 from ssi_ros.report.page import page
 from ssi_ros.report.parts import percent, Section, Table
@@ -143,7 +143,8 @@ def _modes(samples, last, pairs):
         f = frame.frequencies_hz
     except ValueError:          # too short for a spectrum: the poles are drawn alone
         pass
-    return Section('Which modes does it have?', lines, (mode_table(last, pairs),),
+    return Section('Which modes does it have?', lines + notes(last),
+                   (mode_table(last, pairs, samples.channels),),
                    (stabilisation(last, f, level), *close_modes(last)))
 
 

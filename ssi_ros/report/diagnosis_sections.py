@@ -5,6 +5,7 @@ from ssi_ros.report.gap_pictures import (
 from ssi_ros.report.parts import measured, number, percent, Section, Table
 from ssi_ros.report.record_pictures import spectra
 from ssi_ros.report.wording import compact, headline, interval, listed, quantities, removed
+from ssi_ros.report.zoom_pictures import zooms
 
 OUTCOMES = {
     'WITHIN_FLOOR': 'No gap',
@@ -186,7 +187,7 @@ def _how_far(found, candidates, view, quiet):
     if view is not None:
         after = view.after.expected if view.after is not None else None
         pictures = (spectra(view.channels, view.frame, view.record, view.before.expected, after,
-                            'gap_spectra', view.nominal),
+                            'gap_spectra', view.nominal), *(() if quiet else zooms(view)),
                     *(p for p in maps(view) if p.name.endswith('after')))
         tables = before_after_tables(view)
     return Section('How far does it shrink?', tuple(lines), tables, pictures)

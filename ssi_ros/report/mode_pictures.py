@@ -3,6 +3,8 @@ import math
 
 import numpy as np
 
+from ssi_ros.gap.selection.localisation import name_by_sides
+from ssi_ros.identify.plot_stability import accepted, shown
 from ssi_ros.identify.shapes import upright
 from ssi_ros.quantity import fixed, with_spread
 from ssi_ros.report.parts import Picture, Table
@@ -19,14 +21,24 @@ KINDS = (               # (words of a pole's reason, legend, marker, colour)
     ('', 'another reason', 'circle-open', '#9a9a9a'))
 
 
-def mode_table(window, pairs=None):
+def motion_of(shape, channels):
+    """Return the name of a motion such as 'symmetric bending'; '' for other channels than ours."""
+    name = name_by_sides(upright(np.asarray(shape)).real, channels)
+    if name == 'mode':
+        return ''
+    return name.partition(' ')[2] if '/' in name else name      # of both arrays, or of one
+
+
+def mode_table(window, pairs=None, channels=()):
     """Return the modes of a window as a table, beside the model's where pairs are given."""
-    heads = ['mode', 'label', 'frequency [Hz]', 'damping [%]']
+    motions = [motion_of(m.shape, channels) for m in window.modes]
+    named = ['motion'] if any(motions) else []
+    heads = ['mode', *named, 'label', 'frequency [Hz]', 'damping [%]']
     heads += ['model [Hz]', 'model off [%]', 'model damping [%]',
               'MAC'] if pairs is not None else []
     rows, numbers = [], numbered(window)
-    for i, m in enumerate(window.modes):
-        row = [numbers[m.identity], m.label,
+    for i, m in sorted(enumerate(window.modes), key=lambda item: item[1].frequency_hz):
+        row = [numbers[m.identity], *([motions[i]] if named else []), m.label,
                with_spread(m.frequency_hz, m.frequency_std_hz, 4, '±'),
                with_spread(100 * m.damping_ratio, 100 * m.damping_ratio_std, 2, '±')]
         if pairs is not None:
@@ -51,21 +63,53 @@ def numbered(window):
     return {m.identity: k + 1 for k, m in enumerate(ranked)}
 
 
-def stabilisation(window, frequencies_hz=None, level=None):
-    """Draw the poles of all orders, which became modes, and why the others did not."""
+def notes(window):
+    """Return what was noted of single modes of a window, in sentences."""
+    numbers, found = numbered(window), {}
+    for m in sorted(window.modes, key=lambda m: m.frequency_hz):
+        if m.note:
+            found.setdefault((m.label, m.note), []).append(str(numbers[m.identity]))
+    return tuple(f'Mode{"s" * (len(own) > 1)} {", ".join(own)}: {label.replace("_", " ")}, {note}.'
+                 for (label, note), own in found.items())
+
+
+def name_of(window, mode):
+    """Return what a mode of a window is called on a page: number by frequency, and frequency."""
+    return f'mode {numbered(window)[mode.identity]}: {mode.frequency_hz:.3f} Hz'
+
+
+def stabilisation(window, frequencies_hz=None, level=None, unit='(m/s²)/√Hz', pick=False):
+    """
+    Draw the poles of all orders, which became modes, and why the others did not.
+
+    Parameters
+    ----------
+    window : WindowModes
+        Identified.
+    frequencies_hz, level : ndarray, shape (k,), optional
+        Mean spectrum of the channels, an amplitude.
+    unit : str
+        Of the spectrum.
+    pick : bool
+        Whether a click on a pole picks it, see `page.js`.
+
+    Returns
+    -------
+    Picture
+
+    """
     made = figure(560)
     if level is not None:
         made.add_scatter(x=frequencies_hz.astype(np.float32), y=level.astype(np.float32),
                          yaxis='y2', mode='lines', line={'color': '#b5b5b5', 'width': 1},
                          name='spectrum', hoverinfo='skip')
-    rejected = [p for p in window.rejected if p.order and not p.reason.startswith('outside')]
+    rejected = shown(window)
     for words, legend, marker, colour in KINDS:
         poles = [p for p in rejected
                  if next(k[0] for k in KINDS if k[0] in p.reason) == words]
         if poles:
             _poles(made, poles, f'rejected: {legend}', marker, colour)
-    _poles(made, [p for b in getattr(window, 'bands', ()) for p in b.accepted], 'pole of a mode',
-           'circle', INK)
+    _poles(made, accepted(window), 'pole of a mode', 'circle', INK)
     for m in window.modes:
         made.add_vline(m.frequency_hz, line_width=0.8, line_color=INK,
                        line_dash='solid' if m.label == 'structural' else 'dash')
@@ -73,7 +117,7 @@ def stabilisation(window, frequencies_hz=None, level=None):
         xaxis={'title': {'text': 'frequency [Hz]'}, 'type': 'log'},
         yaxis={'title': {'text': 'model order'}},
         yaxis2={'overlaying': 'y', 'side': 'right', 'showgrid': False, 'type': 'log',
-                'title': {'text': 'mean spectrum [(m/s²)/√Hz]'}, 'exponentformat': 'power',
+                'title': {'text': f'mean spectrum [{unit}]'}, 'exponentformat': 'power',
                 'dtick': 1},
         legend={'y': -0.15, 'yanchor': 'top'}, margin={'b': 120, 'r': 90})
     return Picture('stabilisation', made,
@@ -81,7 +125,9 @@ def stabilisation(window, frequencies_hz=None, level=None):
                    '(lines; dashed where the label is not structural). Point at any other marker '
                    'for the reason why it was rejected. Each band of frequencies is identified by '
                    'itself, with orders of its own, so its modes begin at the order that the band '
-                   'needs.', least_px=640)
+                   'needs.' + (' A click on a pole picks it, another one lets it go.' if pick
+                               else ''), {'pick': len(made.data)} if pick else None,
+                   least_px=640)
 
 
 def close_modes(window):
@@ -101,7 +147,7 @@ def close_modes(window):
     titles = ['modes ' + ', '.join(str(numbers[m.identity]) for m in g) for g in groups]
     made = grid(rows, columns, 100 + 220 * rows, titles, vertical_spacing=0.3 / rows,
                 horizontal_spacing=0.06)
-    poles = [p for b in getattr(window, 'bands', ()) for p in b.accepted]
+    poles = accepted(window)
     for k, group in enumerate(groups):
         place = {'row': k // columns + 1, 'col': k % columns + 1}
         low, high = group[0].frequency_hz, group[-1].frequency_hz
@@ -124,6 +170,7 @@ def _poles(made, poles, name, marker, colour):
     made.add_scatter(
         x=[round(p.frequency_hz, 5) for p in poles], y=[p.order for p in poles], mode='markers',
         name=name, marker={'symbol': marker, 'color': colour, 'size': 7},
+        customdata=[(p.frequency_hz, p.damping_ratio, p.order) for p in poles],
         text=[f'{p.frequency_hz:.4f} Hz, damping {100 * p.damping_ratio:.2f} %, order {p.order}'
               + (f'<br>{p.reason}' if p.reason else '') for p in poles], hoverinfo='text')
 
@@ -177,13 +224,15 @@ def _series(modes, what):
 
 def shape_table(window, channels):
     """Draw the real part of every shape at the channels, with the number in each field."""
-    shapes = np.array([upright(m.shape).real for m in window.modes])
+    modes = sorted(window.modes, key=lambda m: m.frequency_hz)
+    shapes = np.array([upright(m.shape).real for m in modes])
     texts = [[_component(v, s) for v, s in zip(row, m.shape_std)]
-             for row, m in zip(shapes, window.modes)]
+             for row, m in zip(shapes, modes)]
     made = heat(np.round(shapes, 4), list(channels),
-                [f'{m.frequency_hz:.3f} Hz' for m in window.modes],
+                [', '.join(filter(None, (name_of(window, m), motion_of(m.shape, channels))))
+                 for m in modes],
                 'Real part of the shapes, largest component 1', limit=1.0, texts=texts,
-                height=150 + 26 * len(window.modes))
+                height=150 + 26 * len(modes))
     return Picture('shapes', made, 'Components of each mode at the sensors, ± one standard '
                    'deviation where it is known.', least_px=200 + 90 * len(channels))
 

@@ -20,8 +20,48 @@ function draw(place, pictures) {
   return Plotly.newPlot(place, picture.data, picture.layout,
     { displaylogo: false, responsive: true, displayModeBar: width < 600 ? false : 'hover' }).then(() => {
       place.dataset.drawn = 'done';
-      if (picture.motion) move(place, picture.motion);
+      if (picture.motion && picture.motion.pick !== undefined) pick(place, picture.motion.pick);
+      else if (picture.motion) move(place, picture.motion);
     });
+}
+
+// Pick poles by clicks: they are ringed, listed below the diagram, and saved as a file.
+function pick(place, trace) {
+  const picks = new Map(), box = document.createElement('div'), list = document.createElement('span');
+  const save = document.createElement('button');
+  box.className = 'controls';
+  save.type = 'button';
+  save.textContent = 'save picks.json';
+  box.append(list, save);
+  place.parentNode.after(box);
+  Plotly.addTraces(place, { x: [], y: [], mode: 'markers', name: 'picked', hoverinfo: 'skip',
+    marker: { symbol: 'circle-open', size: 15, color: '#b8600b', line: { width: 3 } } }, trace);
+  function show() {
+    const chosen = [...picks.values()].sort((a, b) => a.frequency_hz - b.frequency_hz);
+    list.textContent = chosen.length ? 'Picked: ' + chosen.map(p =>
+      p.frequency_hz.toFixed(4) + ' Hz (order ' + p.order + ')').join(', ') : 'No pole is picked.';
+    save.disabled = !chosen.length;
+    return Plotly.restyle(place, { x: [chosen.map(p => p.frequency_hz)],
+      y: [chosen.map(p => p.order)] }, [trace]);
+  }
+  place.on('plotly_click', event => {
+    const data = event.points[0].customdata;
+    if (!data) return;
+    const key = data.join();
+    if (!picks.delete(key)) {
+      picks.set(key, { frequency_hz: data[0], damping_ratio: data[1], order: data[2] });
+    }
+    show();
+  });
+  save.onclick = () => {
+    const link = document.createElement('a'), text = JSON.stringify(
+      { schema: 'ssi_ros/picks/1', picks: [...picks.values()] }, null, 1);
+    link.href = URL.createObjectURL(new Blob([text + '\n'], { type: 'application/json' }));
+    link.download = 'picks.json';
+    link.click();
+    URL.revokeObjectURL(link.href);
+  };
+  show();
 }
 
 // Swing the surfaces and sensors of a mode: height = real(shape * exp(j phase)).

@@ -11,6 +11,7 @@ import numpy as np
 
 from ssi_ros.identify.shapes import upright
 from ssi_ros.model import displacement_row, natural_modes
+from ssi_ros.report.mode_pictures import motion_of
 from ssi_ros.report.parts import Picture
 from ssi_ros.report.style import figure, INK
 
@@ -61,8 +62,9 @@ def shapes_picture(spacecraft, system, pairs):
             field = fields[:count, i] * (np.vdot(own, shape) / np.vdot(own, own))
             largest = max(np.abs(field).max(), np.abs(shape).max())
             field, sensors = field / largest, _complex(shape / largest)
-            label = (f'{found.mode.frequency_hz:.3f} Hz (model {frequency_hz:.3f} Hz, '
-                     f'MAC {found.mac:.3f})')
+            motion = motion_of(shape, system.channels)
+            label = (f'{found.mode.frequency_hz:.3f} Hz{motion and f" {motion}"} (model '
+                     f'{frequency_hz:.3f} Hz, MAC {found.mac:.3f})')
         parts = np.split(field, len(grids))
         modes.append({'label': label, 'sensors': sensors, 'surfaces': [
             _complex(p.reshape(ALONG, ACROSS)) for p in parts]})

@@ -44,6 +44,7 @@ def command(bags, *more):
     return ['diagnose', '--many', str(bags), '--effects', FEW, '--no-pairs', *more]
 
 
+@pytest.mark.slow
 def test_all_bags_and_again(bags, tmp_path, capsys):
     """A row and a JSON a bag, the broken one as a row; a second run does the broken one only."""
     out = tmp_path / 'out'
@@ -67,6 +68,7 @@ def test_all_bags_and_again(bags, tmp_path, capsys):
     assert 'another folder with --json' in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_it_goes_on_after_a_kill(bags, tmp_path):
     """Killed in the midst: what was written is whole and is kept, the rest is done once."""
     out = tmp_path / 'out'
@@ -88,6 +90,7 @@ def test_it_goes_on_after_a_kill(bags, tmp_path):
     assert all(p.stat().st_mtime_ns == stamp for p, stamp in kept.items())
 
 
+@pytest.mark.slow
 def test_given_scheduler(bags, tmp_path):
     """Scheduler and worker started as processes of their own do the work."""
     contact = tmp_path / 'scheduler.json'

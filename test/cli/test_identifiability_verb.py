@@ -1,12 +1,29 @@
 """The verb that says what a record could tell."""
+import json
+
+import numpy as np
 from ssi_ros.cli.main import main
 
 
-def test_table(capsys):
-    """Every spectral effect has a line with its detection."""
-    assert main(['identifiability', '--duration-s', '60']) == 0
+def test_table_and_page(tmp_path, capsys):
+    """Every effect has a row, mirrored places share one, and the page has the cosines."""
+    files = {n: tmp_path / f'i.{n}' for n in ('html', 'json')}
+    assert main(['identifiability', '--duration-s', '60',
+                 *(w for n, f in files.items() for w in (f'--{n}', str(f)))]) == 0
     text = capsys.readouterr().out
-    assert 'sensor_gain:channel=e2_b' in text and 'clock_rate:' in text
+    rows = text[:text.index('not distinguished')].splitlines()
+    gains = [r for r in rows if r.startswith('sensor_gain ')]
+    assert len(gains) == 1 and 'e1_a, e1_b, e2_a, e2_b' in gains[0]
+    assert any(r.startswith('clock_rate ') for r in rows) and 'nan' not in text
+    assert len({r.index("d' = 4") for r in rows[:1]}) == 1
+    plain = json.loads(files['json'].read_text())
+    names, matrix = plain['cosines']['effects'], np.array(plain['cosines']['matrix'])
+    assert matrix.shape == (len(names),) * 2 and np.array_equal(matrix, matrix.T)
+    assert np.all(np.diag(matrix) == 1.0) and matrix.max() <= 1.0 + 1e-9
+    tied = matrix[names.index('stiffness_scale'), names.index('clock_rate')]
+    assert tied > 0.9
+    page = files['html'].read_text()
+    assert 'id="cosines"' in page and all(n in page for n in names)
 
 
 def test_too_short(capsys):

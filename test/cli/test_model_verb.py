@@ -15,6 +15,8 @@ def test_table_and_reach(capsys):
     out = capsys.readouterr().out
     assert out.count('not excited') == 14
     assert '6 of 20 modes are reached' in out and '0.6928' in out
+    # less than a cycle is no length in which a mode is distinguished
+    assert ' < 1.4' in out and not any(line.endswith(' 0.0') for line in out.splitlines())
 
 
 def test_matrices(tmp_path):

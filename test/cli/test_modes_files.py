@@ -84,3 +84,23 @@ def test_a_diagnosis_of_a_bag_in_g(tmp_path):
     _same_run(tmp_path / 'run.json', Job())
     with pytest.raises(ValueError, match='scale'):
         _same_run(tmp_path / 'run.json', job_of(args))
+
+
+def test_samples_as_universal_file(tmp_path, capsys):
+    """Another package reads the samples of every channel back; missing ones are refused."""
+    pyuff = pytest.importorskip('pyuff')
+    path = tmp_path / 's.uff'
+    assert main(['export', str(AMBIENT), '--output', str(path)]) == 0
+    recording = read_channels(AMBIENT)
+    sets = pyuff.UFF(str(path)).read_sets()
+    assert [s['id1'].strip() for s in sets] == list(recording.names)
+    for s, values in zip(sets, recording.values):
+        assert s['type'] == 58 and s['func_type'] == 1
+        assert s['abscissa_inc'] == pytest.approx(0.01)
+        assert s['data'] == pytest.approx(values, rel=1e-10)
+    values = np.random.default_rng(1).standard_normal((500, 1))
+    values[100:110] = np.nan
+    write_samples(tmp_path / 'gap', Samples(values, 100.0, ('a',)))
+    assert main(['export', str(tmp_path / 'gap'), '--output', str(tmp_path / 'g.uff')]) == 2
+    assert 'off even sampling at 100 Hz by up to 0.1 s' in capsys.readouterr().err
+    assert not (tmp_path / 'g.uff').exists()
