@@ -116,6 +116,7 @@ class Watcher:
 
     def close(self):
         """Release everything."""
+        self.executor.shutdown()
         self.node.destroy_node()
         rclpy.try_shutdown()
 

@@ -60,6 +60,7 @@ def graph(seconds):
                                             'start a sensor, `ros2 run ssi_ros simulator_node`, '
                                             'or `ssi_ros play BAG`')])]
     finally:
+        executor.shutdown()
         node.destroy_node()
         rclpy.try_shutdown()
 

@@ -100,6 +100,7 @@ class Listener:
         """Stop listening."""
         self._stop.set()
         self.thread.join(timeout=5.0)
+        self.executor.shutdown()
         self.node.destroy_node()
         rclpy.try_shutdown()
 

@@ -215,7 +215,7 @@ def run(node_class, args=None, beside=None):
     stop = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: stop.set())
-    code, node, other = 0, None, None
+    code, node, other, executor = 0, None, None, None
     try:
         node = node_class()
         parameters.check_known(node)
@@ -237,6 +237,10 @@ def run(node_class, args=None, beside=None):
     finally:
         if other is not None:
             other.close()
+        if executor is not None:
+            # what is destroyed while an executor still listens to it may end in a segmentation
+            # fault (ros2/rclpy #1644)
+            executor.shutdown()
         if node is not None:
             node.destroy_node()
         rclpy.try_shutdown()

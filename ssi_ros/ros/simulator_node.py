@@ -48,7 +48,7 @@ class Simulation:
     at_rest: bool = quantity(False, live=False,
                              doc='start at rest in place of the stationary state')
     start_s: float = quantity(-1.0, unit='s', low=-1.0, high=2147483647.0, live=False,
-                              doc='stamp of the first sample, -1 = now on the whole second')
+                              doc='stamp of the first sample, -1 = now, to the millisecond')
     publish_clock: bool = quantity(False, live=False,
                                    doc='publish /clock also at speed 1')
     batch: bool = quantity(False, live=False,
@@ -181,8 +181,8 @@ class SimulatorNode(StageNode):
         if self.sent == 0 and not self._audience.ready():
             return
         if self._start_ns is None:        # not before: the wait for readers is not simulated
-            start_s = settings.start_s if settings.start_s >= 0.0 else float(int(time.time()))
-            self._start_ns = round(start_s * 1e9)
+            self._start_ns = (round(settings.start_s * 1e9) if settings.start_s >= 0.0
+                              else time.time_ns() // 1_000_000 * 1_000_000)
             self._next_block()
         due = self._due(settings)
         if settings.duration_s:

@@ -11,6 +11,8 @@ from rclpy.signals import SignalHandlerOptions           # noqa: E402
 from ssi_ros.ros.demo import Processes                   # noqa: E402
 
 PATIENCE_S = 30.0
+AGAIN_S = 10.0          # after which a call of a service is repeated
+LINES = 8               # of a node, told where a wait was in vain
 
 
 class Bench:
@@ -33,20 +35,36 @@ class Bench:
         """Spin until the condition holds."""
         end = time.monotonic() + patience_s
         while not condition():
-            assert time.monotonic() < end, f'waited {patience_s} s in vain {what}'
+            assert time.monotonic() < end, (
+                f'waited {patience_s} s in vain {what}\n{self.last_words()}')
             self.executor.spin_once(timeout_sec=0.05)
 
     def call(self, service_class, name, request):
-        """Call a service and return its response."""
+        """Call a service and return its response; what has no answer is asked again."""
         client = self.node.create_client(service_class, name)
         self.wait(client.service_is_ready, what=f'for {name}')
-        future = client.call_async(request)
-        self.wait(future.done, what=f'for the answer of {name}')
-        return future.result()
+        futures, end = [], time.monotonic() + PATIENCE_S
+        while time.monotonic() < end:
+            # a server that has not found its client yet cannot answer it, and says so in its log
+            futures.append(client.call_async(request))
+            again = time.monotonic() + AGAIN_S
+            while time.monotonic() < again:
+                self.executor.spin_once(timeout_sec=0.05)
+                for future in futures:
+                    if future.done():
+                        return future.result()
+        raise AssertionError(f'waited {PATIENCE_S} s in vain for the answer of {name}\n'
+                             f'{self.last_words()}')
 
     def words(self, name):
         """Return what a node has printed."""
         return (self.processes.log_folder / f'{name}.txt').read_text()
+
+    def last_words(self):
+        """Return the last lines of all nodes."""
+        logs = sorted(self.processes.log_folder.glob('*.txt'))
+        return '\n'.join([f'{log.stem}: {line}' for log in logs
+                          for line in log.read_text().splitlines()[-LINES:]])
 
     def ended(self, name, patience_s=PATIENCE_S):
         """Wait for the end of a node; return its exit code."""
@@ -55,6 +73,11 @@ class Bench:
     def close(self):
         """End everything."""
         self.processes.kill()
+        # a subscription that is destroyed while the executor still listens to it may end in a
+        # segmentation fault (ros2/rclpy #1644): first it lets go of the node, then it ends
+        self.executor.remove_node(self.node)
+        self.executor.spin_once(timeout_sec=0.0)
+        self.executor.shutdown()
         self.node.destroy_node()
         rclpy.try_shutdown()
 

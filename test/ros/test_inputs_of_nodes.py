@@ -30,7 +30,7 @@ def simulator(bench, model):
     """Start the simulator of a gain that only the input shows."""
     bench.processes.start('simulator', 'simulator', **{
         'config': model, 'effects': [EFFECT], 'seed': SEED, 'start_s': START_S,
-        'duration_s': SECONDS, 'speed': 5.0, 'reliable': True, 'wait_for_subscribers': 1,
+        'duration_s': SECONDS, 'speed': 15.0, 'reliable': True, 'wait_for_subscribers': 1,
         'record_input': True})
 
 

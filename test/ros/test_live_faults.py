@@ -134,7 +134,7 @@ def test_a_grid_given_up_forgets_no_loss(bench):
     bench.wait(lambda: 'the window begins anew' in bench.words('identifier'))
 
     def counted():
-        """Return the numbers of channel b, after the grid was given up."""
+        """Return whether a status of after the grid was given up still knows of the loss."""
         values = {v.key: v.value for v in status_of(health, 'channel b').values}
         return int(values['received']) >= 412 and int(values['missing']) >= 90
     bench.wait(counted)
