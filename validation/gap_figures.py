@@ -41,12 +41,13 @@ def interval(right, count):
 
 
 def draw_detection(cases):
-    """Draw seen, named up to class and strictly against size, and return the table."""
+    """Draw shares that are seen and named against size, and return the table."""
     sizes = sorted({c['detection'] for c in cases})
     shape, save = figure('diagnosis_detection.png')
     axes = shape.subplots()
     rows = []
-    for verb, label in ((detected, 'seen'), (in_class, 'named up to its class'),
+    for verb, label in ((detected, 'seen'),
+                        (in_class, 'named, counting indistinguishable effects as one'),
                         (strict, 'named strictly')):
         shares, ends = [], []
         for size in sizes:
@@ -81,10 +82,16 @@ def draw_confusion(cases):
     shape, save = figure('diagnosis_confusion.png')
     shape.set_size_inches(9, 8)
     axes = shape.subplots()
-    axes.imshow(counts / np.maximum(counts.sum(axis=1, keepdims=True), 1), cmap='Blues')
+    shares = counts / np.maximum(counts.sum(axis=1, keepdims=True), 1)
+    axes.imshow(shares, cmap='Blues', vmin=0.0, vmax=1.3)       # dark enough for white numbers
     for i, j in zip(*np.nonzero(counts)):
-        axes.text(j, i, f'{counts[i, j]:.0f}', ha='center', va='center', fontsize=7,
-                  color='white' if i == j else 'black')
+        axes.text(j, i, f'{counts[i, j]:.0f}', ha='center', va='center', fontsize=9,
+                  color='white' if shares[i, j] > 0.6 else 'black', fontweight='bold')
+    for side in ('x', 'y'):
+        getattr(axes, f'set_{side}ticks')(
+            np.arange(len(columns if side == 'x' else names)) - 0.5, minor=True)
+    axes.grid(which='minor', color='#dddddd', linewidth=0.5)
+    axes.tick_params(which='minor', length=0)
     axes.set_xticks(range(len(columns)), columns, rotation=90, fontsize=7)
     axes.set_yticks(range(len(names)), names, fontsize=7)
     axes.set(xlabel='named first', ylabel='was there')

@@ -9,8 +9,8 @@ model's; without effect, and with each effect that applies, at a random place, a
 with one thing changed; the nominal is MuJoCo's linearisation, as a state space (mjd_transitionFD)
 where it says so and as matrices else. MuJoCo is not a dependency: `pip install mujoco`.
 """
+import argparse
 from importlib import import_module
-import sys
 import time
 
 import numpy as np
@@ -149,4 +149,12 @@ def main(names):
 
 
 if __name__ == '__main__':
-    main(sys.argv[1:] or ('building', 'bridge', 'arm'))
+    parser = argparse.ArgumentParser(description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    every = ('building', 'bridge', 'arm')
+    parser.add_argument('models', nargs='*', metavar='MODEL',
+                        help='building, bridge or arm (default: all three)')
+    given = parser.parse_args().models or every
+    if set(given) - set(every):
+        parser.error(f'{" ".join(given)}: known are {", ".join(every)}')
+    main(given)
