@@ -4,7 +4,8 @@ What README, tutorial and how-tos show is what happens: their commands are run, 
 Blocks of `sh` are run in order, in a folder of their own beside the repository's files. A block of
 `text` is what the block before it prints: in it a line `...` stands for any lines, `...` at the
 end of a line for any rest, and `...` between words for any one word. What takes long, or needs
-another machine, is only parsed; SLOW=1 in the environment runs what takes long too.
+another machine, is only parsed; SLOW=1 in the environment runs what takes long too, as
+`make test-slow` does with the two pages that are read first.
 """
 import os
 from pathlib import Path
@@ -114,3 +115,11 @@ def test_pattern_can_fail():
     assert not re.match(pattern(['a ... c']), 'a b b c\n')
     assert not re.match(pattern(['z = 1 ...']), 'z = 2 +- 2\n')
     assert not re.match(pattern(['one']), 'one two\n')
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('page', PAGES[:2])
+def test_what_takes_long_is_as_shown_too(page, tmp_path, monkeypatch, capfd):
+    """Diagnoses, calibrations and their answers."""
+    monkeypatch.setenv('SLOW', '1')
+    test_page(page, tmp_path, monkeypatch, capfd)

@@ -23,6 +23,7 @@ from blindgen.proof.seal import write_json
 TOOL = ('.venv/bin/ssi_ros calibrate {healthy} --model {model} --output {calibrated}',
         '.venv/bin/ssi_ros diagnose {bag} --model {calibrated} --json {json}')
 POLL_S = 0.02               # how often a running tool is polled
+SHARE = 0.05            # of the time since its begin, after which a tool is looked at again
 
 
 def answer(folder, name, tool, timeout_s):
@@ -106,7 +107,8 @@ def run_alone(command, home, timeout_s):
             if time.monotonic() - begin > timeout_s and not trouble:
                 trouble = f'no answer in {timeout_s:.1f} s'
                 os.killpg(process.pid, signal.SIGKILL)
-            time.sleep(POLL_S)
+            # a tool may end soon after it began: a first look at it would be all there is
+            time.sleep(min(POLL_S, 0.001 + SHARE * (time.monotonic() - begin)))
         process.returncode = os.waitstatus_to_exitcode(status)
         words.seek(0)
         last = words.read().strip()[-300:]

@@ -152,6 +152,7 @@ def test_the_price_of_many_hypotheses_and_of_no_hypothesis(rng):
     assert norm.ppf(hits) + 1.645 == pytest.approx(said, abs=0.06)
 
 
+@pytest.mark.slow
 def test_classes_are_of_what_cannot_be_separated(knowledge, sized):
     """A clock that is off is a stiffness where the model's is unknown; a gain is no delay."""
     found = rivals(knowledge, 'clock_rate', {'ppm': 1000.0}, 5.0)
@@ -168,6 +169,7 @@ def test_an_unknown_name_is_refused(knowledge):
         detectability(knowledge, 'moon', {})
 
 
+@pytest.mark.slow
 def test_drawn_spacecraft_and_their_truths_range_as_declared():
     """
     Over forty cases: every frequency 0.3 to 3 % off, damping by up to half, all else as declared.

@@ -70,6 +70,7 @@ def test_independent_ritz(ratio):
     assert np.all(own < ritz(ratio)) and own[:5] == pytest.approx(ritz(ratio)[:5], rel=0.01)
 
 
+@pytest.mark.slow
 def test_mesh_converges_from_above():
     """Conforming elements bound from above, and halving the size gains at least a factor 4."""
     coarse, middle, fine = square(5), square(10), square(20)
