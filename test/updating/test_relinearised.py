@@ -35,7 +35,8 @@ def comparison():
 def test_errors_move_to_where_the_record_has_them(comparison):
     """Towards the damping of the record, by deviations that the prior counts, step after step."""
     at = comparison.simulator.spacecraft.calibration.names.index('damping E1 1')
-    before, moved = comparison.here, comparison.relinearised()
+    before = comparison.here
+    moved = relinearised(before, whiten(comparison.null.state.plain, comparison.record.spectra))
     assert moved is not None
     for _ in range(3):
         side, prior = moved

@@ -6,6 +6,7 @@ import numpy as np
 from ssi_ros.effects import library
 from ssi_ros.gap.check import match, TooLittleData
 from ssi_ros.gap.detectors import detect_in_samples
+from ssi_ros.gap.inference.whittle import whiten
 from ssi_ros.gap.nominal.model_comparison import ModelComparison
 from ssi_ros.gap.nominal.simulator import Simulator
 from ssi_ros.gap.nominal.thresholds import LIMITS
@@ -21,7 +22,7 @@ from ssi_ros.model.spacecraft import Spacecraft
 from ssi_ros.records import Samples
 from ssi_ros.updating.adapt import adapt
 from ssi_ros.updating.adapted_comparison import AdaptedComparison
-from ssi_ros.updating.prior import known_by_recordings
+from ssi_ros.updating.prior import known_by_recordings, relinearised
 
 ROUNDS = 3              # in which a calibrated model moves to where its spectrum is linear
 REFILLS = 8             # of the gaps of a record by a model that is moved, at most,
@@ -158,14 +159,19 @@ def _settled(comparison, beside):
     if _is_far(comparison, comparison.null) or _explains(comparison):
         return comparison
     for _ in range(ROUNDS):
-        there = moved.relinearised()
+        there = relinearised(moved.here, whiten(moved.null.state.plain, moved.record.spectra))
         if there is None:
             break
         moved = beside(*there)
+        # scores are standardised along any direction, so that those of a model near by will do
+        moved.templates, moved.unmodelled = comparison.templates, comparison.unmodelled
     if moved is comparison or _explains(moved):
         return moved
     # an effect may have moved the errors as well: where it is fitted beside them decides
-    best, there = (next(iter(_search(c).singles()), None) for c in (comparison, moved))
+    best, explains = _best(comparison, pairs=False)
+    if explains:
+        return comparison
+    there = next(iter(_search(moved).singles()), None)
     return moved if best and there and there.log_evidence > best.log_evidence else comparison
 
 
@@ -193,7 +199,7 @@ def _search(comparison):
     return Search(comparison, found, comparison.settings, lambda share: None)
 
 
-def _best(comparison):
+def _best(comparison, pairs=True):
     """Return the best explanation beside a model, or None, and whether it is one."""
     search = _search(comparison)
     ranked = search.singles()
@@ -203,7 +209,7 @@ def _best(comparison):
     if _is_far(comparison, ranked[0].fit):
         return ranked[0], False
     residual, limit = comparison.residual(ranked[0].fit), SELECTION['residual_p'].value
-    if residual.p_value < limit:
+    if pairs and residual.p_value < limit:
         ranked, residual = search.with_pairs(ranked, residual)
     return ranked[0], residual.p_value >= limit
 

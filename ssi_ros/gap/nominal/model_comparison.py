@@ -20,7 +20,6 @@ from ssi_ros.gap.inference.parametric_bootstrap import bootstrap_floor, Bootstra
 from ssi_ros.gap.inference.score_scatter import scatter_of
 from ssi_ros.gap.inference.score_test import score
 from ssi_ros.gap.inference.unmodelled.scores import detect_change, score_changes
-from ssi_ros.gap.inference.whittle import whiten
 from ssi_ros.gap.nominal import (
     model_answer as answer, model_location as location, starting_points as starts)
 from ssi_ros.gap.nominal.simulator import implausible_levels
@@ -32,7 +31,7 @@ from ssi_ros.gap.spectra.imputation import filled
 from ssi_ros.inputs.beside import remainder
 from ssi_ros.integrity.fault import as_reason
 from ssi_ros.levels.held_out import held_out
-from ssi_ros.updating.prior import relinearised, stand
+from ssi_ros.updating.prior import stand
 
 FIRST_STEPS = 6         # of a fit, before the best are chosen
 REFIT_STEPS = 3         # of a fit to half of the segments, from the common one
@@ -49,14 +48,10 @@ class ModelComparison(Comparison):
 
     def __init__(self, simulator, record, settings, effects, levels, progress, prior=None):
         self.simulator, self.record, self.settings = simulator, record, settings
-        self.effects = effects
+        self.effects, self.prior, self.progress = effects, prior, progress
         self.notes = record.notes + left_out(simulator.spacecraft) + tuple(
             f'not in the calibrated model: {text}'
             for text in simulator.spacecraft.calibration.unexplained)
-        side = simulator.for_templates(levels)
-        self.templates = effect_templates(side, settings, effects, progress)
-        self.unmodelled = unmodelled_templates(side, settings)
-        self.prior = prior
         self.here = stand(simulator, prior, levels, settings)
         self.null = answer.fit_of(fit(simulator, record.spectra, levels=levels,
                                       uncertainty=self.here.uncertainty), self.here)
@@ -66,6 +61,17 @@ class ModelComparison(Comparison):
             '' if record.detections else implausible_levels(levels))
         self.doubtful = bool(self.mismatch) and {f.kind for f in faults} <= {'scan skew'}
         self._fits, self._residuals, self._estimates, self._alone = {}, {}, {}, {}
+
+    @cached_property
+    def templates(self):
+        """Return the Templates of effects around the model."""
+        return effect_templates(self.simulator.for_templates(self.here.levels), self.settings,
+                                self.effects, self.progress)
+
+    @cached_property
+    def unmodelled(self):
+        """Return those of changes that no effect makes."""
+        return unmodelled_templates(self.simulator.for_templates(self.here.levels), self.settings)
 
     def fit(self, candidate, start=None, fold=None, thorough=True):
         """Fit a candidate; see `Comparison`."""
@@ -77,10 +83,6 @@ class ModelComparison(Comparison):
     def side(self, fit):
         """Return the Side that a fit stands on."""
         return self.here
-
-    def relinearised(self):
-        """Return the model side and prior of errors far from where it stands, or None."""
-        return relinearised(self.here, whiten(self.null.state.plain, self.record.spectra))
 
     def templates_of(self, fit):
         """Return the templates that scores around a fit are taken of."""
@@ -129,8 +131,8 @@ class ModelComparison(Comparison):
 
     def score_test(self, fit):
         """Score all effects at once around a fit."""
-        found = score(self.templates_of(fit), fit.state, self.record.spectra,
-                      self.side(fit).uncertainty)
+        found = score(
+            self.templates_of(fit), fit.state, self.record.spectra, self.side(fit).uncertainty)
         # what is the opposite of an effect may be what is not known of the model
         return answer.score_test_of(found, self.scatter.scores, bool(self.prior))
 
@@ -205,8 +207,7 @@ class ModelComparison(Comparison):
         """Return sizes of the best effects far away, for a gap that no small one explains."""
         found = []
         for name in list(dict.fromkeys(n for r in ranked for n in r.names))[:RIVALS]:
-            best = next(r for r in ranked if name in r.names)
-            effect = best.fit.candidate.effects[best.names.index(name)]
+            effect = next(e for r in ranked for e in r.fit.candidate.effects if e.name == name)
             fits = [fit(self.simulator, self.record.spectra, Candidate((e,)), self.null.levels,
                         SCAN_STEPS, self.here.uncertainty) for e in starts.brackets(effect)]
             fits = sorted((f for f in fits if f is not None), key=lambda f: -f.likelihood)
@@ -271,10 +272,9 @@ class ModelComparison(Comparison):
 
     def log_prior_ratio(self, fit):
         """Return the log of posterior over prior volume of quantities and places."""
-        count = 1
-        for e in fit.candidate.effects:
-            count *= max(1, sum(1 for _ in places(type(e), self.simulator.spacecraft)))
-        return log_prior_ratio(priors_of(fit.candidate), fit.covariance) - float(np.log(count))
+        counts = [max(1, sum(1 for _ in places(type(e), self.simulator.spacecraft)))
+                  for e in fit.candidate.effects]
+        return log_prior_ratio(priors_of(fit.candidate), fit.covariance) - np.log(counts).sum()
 
     def own_error(self, ranked):
         """Return whether the model's own error, as declared, is the same as the effects."""
