@@ -2,24 +2,28 @@
 """Command line of the blind campaign: its steps, or all of them by `campaign`."""
 import argparse
 from contextlib import nullcontext
+from math import inf
 from pathlib import Path
 import secrets
 import subprocess
 import sys
 
-from blindgen.cases.draw import Scope, SMALL
+from blindgen.arithmetic import start_again
+from blindgen.cases.draw import SCOPES
 from blindgen.cases.make import make
 from blindgen.proof.register import enter, entries, open_campaigns, REGISTER
 from blindgen.proof.seal import read_json, sha, write_json
-from blindgen.run.campaign import lock, publish, reveal, run
+from blindgen.run.archive import keep_labels, resume
+from blindgen.run.campaign import lock, publish, reveal, Run, run
 from blindgen.run.spread import cluster
 from blindgen.run.tool import TOOL
 from blindgen.scoring.results import lines, results
 from blindgen.verify import main as verify
 
 STEPS = (('make', 'plan, seal and write the cases'),
-         ('publish', 'make the commitment a git commit of its own'),
-         ('run', 'run the tool on every case without an answer'),
+         ('publish', 'make the commitment a git commit of its own, then keep its veiled labels'),
+         ('run', 'run the tool on every case that was not run, and archive the answers in git'),
+         ('resume', 'make a lost folder again from the repository and the nonce; then `run`'),
          ('lock', 'hash and archive the answers'),
          ('reveal', 'publish the labels, once the answers are locked'),
          ('verify', 'check every hash and score, by verify.py alone'),
@@ -27,7 +31,6 @@ STEPS = (('make', 'plan, seal and write the cases'),
          ('drop', 'enter in the register that a campaign is dropped, and why'),
          ('register', 'print the register of all campaigns'),
          ('campaign', 'make, publish, run, lock, reveal, score, verify; resumable'))
-SCOPES = {'full': Scope(), 'small': SMALL}
 
 
 def parser():
@@ -39,14 +42,16 @@ def parser():
         if name != 'register':
             step.add_argument('--folder', type=Path, required=True, help='public folder')
         step.add_argument('--register', type=Path, default=REGISTER, help='of all campaigns')
-        if name in ('make', 'reveal', 'campaign', 'publish', 'run', 'score'):
+        if name in ('make', 'reveal', 'campaign', 'publish', 'run', 'resume'):
             step.add_argument('--sealed', type=Path, help='default FOLDER.sealed.json, beside it')
-        if name in ('make', 'campaign', 'score'):
+        if name in ('make', 'campaign'):
             step.add_argument('--scope', choices=sorted(SCOPES), default='full',
                               help='how far spacecraft and records range')
         if name in ('make', 'campaign'):
             step.add_argument('--cases', type=int, required=True)
             step.add_argument('--nonce', help='secret; drawn by chance if left out')
+            step.add_argument('--transient', action='store_true',
+                              help='keep no case: each is made again when it is run')
             step.add_argument('--commit', help='of the frozen tool; default the commit at HEAD')
         if name in ('make', 'run', 'score', 'campaign'):
             step.add_argument('--workers', type=int, default=2,
@@ -58,10 +63,12 @@ def parser():
                               help='of training of the baselines, 30 cases each; 0: none')
             step.add_argument('--cache', type=Path, default=Path('~/.cache/blindgen'),
                               help='keeps what the baselines learn from')
-        if name in ('publish', 'run', 'campaign', 'verify'):
+        if name in ('publish', 'run', 'campaign', 'verify', 'resume'):
             step.add_argument('--repository', type=Path, default=Path('.'),
                               help='git working tree that gets the commitment')
-        if name in ('publish', 'campaign'):
+        if name == 'resume':
+            step.add_argument('--nonce', required=True, help='of the sealed file that was lost')
+        if name in ('publish', 'campaign', 'resume'):
             step.add_argument('--path', help='of the commitment in the repository; default '
                                              'docs/validation/blind/NAME_commitment.json')
         if name in ('run', 'campaign'):
@@ -71,6 +78,10 @@ def parser():
                               help='command with {bag} {json} {model} {healthy} {calibrated}; '
                                    'several are run in turn')
             step.add_argument('--timeout', type=float, default=900.0, help='of a case [s]')
+            step.add_argument('--hours', type=float, default=inf,
+                              help='begin no case after so long; `run` goes on another day')
+            step.add_argument('--retry', action='store_true',
+                              help='run again what ended without an answer; its record says so')
         if name == 'drop':
             step.add_argument('--reason', required=True)
     return top
@@ -98,22 +109,26 @@ def _do(given):
               reason=given.reason)
         return 0
     sealed = getattr(given, 'sealed', None) or folder.with_name(folder.name + '.sealed.json')
+    if given.step == 'resume':
+        count = resume(folder, sealed, given.repository, _path(given, folder), given.nonce)
+        print(f'{folder} is made again, {count} cases have run; `run` goes on')
+        return 0
     spreads = hasattr(given, 'scheduler')
     with cluster(given.workers, given.scheduler) if spreads else nullcontext() as client:
         open_ = whole and not (folder / 'answers.json').exists()
         if given.step == 'make' or open_:
             _make(given, folder, sealed, client)
         if given.step == 'publish' or open_ and not given.unpublished:
-            _publish(given, folder)
-        if given.step == 'run' or open_:
-            _run(given, folder, client)
+            _publish(given, folder, sealed)
+        if (given.step == 'run' or open_) and (left := _run(given, folder, sealed, client)):
+            print(f'{left} cases are left; the same command goes on')
+            return 0
         if given.step == 'lock' or open_:
             print(f'{len(lock(folder))} answers locked')
         if given.step == 'reveal' or whole and not (folder / 'reveal.json').exists():
             print(f'{len(reveal(folder, sealed)["labels"])} labels revealed')
         if given.step == 'score' or whole:
-            scores = results(folder, SCOPES[given.scope], client, given.rounds,
-                             given.cache.expanduser())
+            scores = results(folder, client, given.rounds, given.cache.expanduser())
             print(*lines(scores), sep='\n')
             enter(read_json(folder / 'commitment.json')['nonce_sha256'], 'scored',
                   given.register, scores=sha((folder / 'scores.json').read_bytes()))
@@ -134,25 +149,33 @@ def _make(given, folder, sealed, client):
         write_json(begun, {'nonce': nonce, 'commit': commit})
     enter(sha(nonce), 'begun', given.register, commit=commit, count=given.cases,
           scope=given.scope, folder=folder.name)
-    public = make(folder, sealed, given.cases, nonce, commit, SCOPES[given.scope], client)
+    public = make(folder, sealed, given.cases, nonce, commit, SCOPES[given.scope], client,
+                  not given.transient)
     print(f'{len(public["cases"])} cases in {folder / "cases"}, Merkle root '
           f'{public["merkle_root"]}; labels sealed in {sealed}')
 
 
-def _publish(given, folder):
-    """Publish the commitment unless it is."""
+def _path(given, folder):
+    return given.path or f'docs/validation/blind/{folder.name}_commitment.json'
+
+
+def _publish(given, folder, sealed):
+    """Publish the commitment unless it is, and keep the labels beside it."""
     if not (folder / 'published.json').exists():
-        path = given.path or f'docs/validation/blind/{folder.name}_commitment.json'
+        path = _path(given, folder)
         print(f'commitment published by git commit {publish(folder, given.repository, path)}')
+        keep_labels(sealed, given.repository, path)
 
 
-def _run(given, folder, client):
-    """Run the tool, and print what went wrong."""
-    repository = None if given.unpublished else given.repository
-    failures = run(folder, given.tool or TOOL, client, given.timeout, repository)
+def _run(given, folder, sealed, client):
+    """Run the tool, print what went wrong, and return how many cases are left."""
+    how = Run(tuple(given.tool or TOOL), given.timeout,
+              None if given.unpublished else given.repository, sealed, given.hours, given.retry)
+    failures = run(folder, how, client)
     for name, trouble in failures.items():
         if trouble:
             print(f'{name}: {trouble}', file=sys.stderr)
+    return sum(not (folder / 'runs' / f'{name}.json').exists() for name in failures)
 
 
 def _head():
@@ -165,4 +188,5 @@ def _head():
 
 
 if __name__ == '__main__':
+    start_again()
     sys.exit(main())

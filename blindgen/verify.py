@@ -210,6 +210,24 @@ def unpublished(folder, repository):
     return '' if changed == [at['path']] else f'git commit {at["git_commit"]} changes more files'
 
 
+def parts_beside(path):
+    """Return the archived parts of the answers beside a published commitment, in order."""
+    stem = path.name.removesuffix('.json').removesuffix('_commitment')
+    return sorted(path.parent.glob(f'{stem}_part*.json.xz'))
+
+
+def otherwise_archived(path, answers):
+    """Yield what the parts that were archived during the run say otherwise than the answers."""
+    before = sha(path.read_bytes())
+    for part in parts_beside(path):
+        got = json.loads(lzma.decompress(part.read_bytes()))
+        if got['before'] != before:
+            yield f'{part.name} does not follow the part before it'
+        before = sha(part.read_bytes())
+        yield from (f'{k}: {part.name} has another answer' for k, text in got['answers'].items()
+                    if answers.get(k) != text)
+
+
 def main(folder, repository=None):
     """Print faults and scores; return 1 for a fault."""
     public, locked, data = (json.loads((folder / f'{name}.json').read_text())
@@ -218,10 +236,12 @@ def main(folder, repository=None):
     found = list(faults(folder, public, locked, data, answers))
     if not (folder / 'published.json').exists():
         print('NOTE the commitment was not published before the run: the order is not proven')
-    elif repository and (wrong := unpublished(folder, repository)):
-        found.append(wrong)
-    if not (folder / 'cases').exists():
-        print('NOTE the cases are not here: their hashes are not checked')
+    elif repository:
+        path = repository / json.loads((folder / 'published.json').read_text())['path']
+        found += [wrong] if (wrong := unpublished(folder, repository)) else []
+        found += otherwise_archived(path, answers) if path.exists() else []
+    if gone := sum(not (folder / 'cases' / k).exists() for k in public['cases']):
+        print(f'NOTE {gone} cases are not here: their hashes are not checked')
     closed = folder / 'closed.json'
     rows = [row(name, v['label'], read_answer(answers.get(name)))
             for name, v in sorted(data['labels'].items())]

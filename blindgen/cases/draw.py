@@ -37,6 +37,7 @@ class Scope:
 
 
 SMALL = Scope((50.0, 400.0), (60.0, 120.0), (6_000, 9_000), (2, 3), (2, 2))
+SCOPES = {'full': Scope(), 'small': SMALL}
 
 
 @dataclass(frozen=True)

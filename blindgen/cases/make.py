@@ -1,11 +1,12 @@
 # Licensed under the Apache License, Version 2.0.
 """Make a campaign: plan it, seal its labels, write its cases; goes on where it was stopped."""
+from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
 import shutil
 
 from blindgen.cases.bag import write_bag
-from blindgen.cases.draw import draw_case, healthy, Scope, stream
+from blindgen.cases.draw import draw_case, healthy, Scope, SCOPES, stream
 from blindgen.cases.nominal import nominal_yaml
 from blindgen.cases.plan import Case, case_of, drafts, scenario_of
 from blindgen.physics.record import simulate
@@ -15,7 +16,7 @@ from blindgen.run.spread import spread
 import numpy as np
 
 
-def make(folder, sealed, count, nonce, commit, scope=Scope(), client=None):
+def make(folder, sealed, count, nonce, commit, scope=Scope(), client=None, keep=True):
     """
     Write the cases of a campaign, its public commitment and, apart from them, its sealed labels.
 
@@ -35,6 +36,8 @@ def make(folder, sealed, count, nonce, commit, scope=Scope(), client=None):
         How far the spacecraft and records range.
     client : distributed.Client
         Spreads the work; None does it here.
+    keep : bool
+        False takes each case away once it is hashed; it is made again when it is run.
 
     Raises
     ------
@@ -47,7 +50,7 @@ def make(folder, sealed, count, nonce, commit, scope=Scope(), client=None):
         raise ValueError(f'sealed file {sealed} lies inside {folder}; keep it apart')
     seed = seed_of(commit, nonce)
     head = {'schema': SCHEMA, 'commit': commit, 'nonce_sha256': sha(nonce), 'count': count,
-            'scope_sha256': sha(canonical(asdict(scope)))}
+            'scope_sha256': hash_of_scope(scope)}
     if sealed.exists():
         secret = read_json(sealed)
         if {k: secret['public'].get(k) for k in head} != head:
@@ -58,7 +61,7 @@ def make(folder, sealed, count, nonce, commit, scope=Scope(), client=None):
         before = read_json(folder / 'commitment.json')
         if before['merkle_root'] == secret['public']['merkle_root']:
             return before                        # it is whole: published, perhaps
-    jobs = [(folder, name, v['label'], scope) for name, v in secret['labels'].items()]
+    jobs = [(folder, name, v['label'], scope, keep) for name, v in secret['labels'].items()]
     hashes = dict(spread(client, write_case, jobs, 'cases'))
     public = {**secret['public'], 'cases': dict(sorted(hashes.items()))}
     write_json(folder / 'commitment.json', public)
@@ -89,7 +92,54 @@ def _label(kept, k, kind, effects, seed, scope, head):
     return k, read_json(path)['label']
 
 
-def write_case(folder, name, label, scope):
+def hash_of_scope(scope):
+    """Return the hash of a scope, which names it in a commitment."""
+    return sha(canonical(asdict(scope)))
+
+
+def scope_of(public):
+    """
+    Return the scope of a commitment.
+
+    Raises
+    ------
+    ValueError
+        If it is none of this generator's.
+
+    """
+    for scope in SCOPES.values():
+        if hash_of_scope(scope) == public['scope_sha256']:
+            return scope
+    raise ValueError('the scope of the commitment is none of this generator; take the commit of '
+                     'the generator that made the campaign')
+
+
+@contextmanager
+def at_hand(folder, name, label, scope):
+    """
+    Yield the folder of a case; one that is not there is made, compared and taken away again.
+
+    Raises
+    ------
+    ValueError
+        If what is made again is not what was committed.
+
+    """
+    case = Path(folder) / 'cases' / name
+    if case.exists():
+        yield case
+        return
+    try:
+        _, now = write_case(folder, name, label, scope)
+        if now != read_json(Path(folder) / 'commitment.json')['cases'][name]:
+            raise ValueError(f'{name} made again is not the committed case; use the commit of the '
+                             'generator and the versions of requirements.lock that made it')
+        yield case
+    finally:
+        shutil.rmtree(case, ignore_errors=True)
+
+
+def write_case(folder, name, label, scope, keep=True):
     """Write the bags and the model of one case unless it is there; return its name and hash."""
     case = Path(folder) / 'cases' / name
     if not case.exists():
@@ -107,4 +157,7 @@ def write_case(folder, name, label, scope):
             write_bag(part / at, draft.nominal, *simulate(scenario, duration, seed))
         case.parent.mkdir(parents=True, exist_ok=True)
         part.rename(case)
-    return name, hash_of_folder(case)
+    hashed = hash_of_folder(case)
+    if not keep:
+        shutil.rmtree(case)
+    return name, hashed

@@ -6,7 +6,10 @@ S(f) (c x c) is the power of a bin of the discrete Fourier transform over the nu
 its mean over all bins is the covariance of the channels. Exact for the linear scenario at the
 samples; the leakage of a finite record is left out.
 """
-from blindgen.physics.assemble import assemble
+from dataclasses import fields
+from functools import lru_cache
+
+from blindgen.physics.assemble import assemble, Craft
 from blindgen.physics.excitation import input_responses, input_rms
 from blindgen.physics.propagate import propagators, state_matrices
 from blindgen.physics.sensors import channel_responses, mixing, noise_rms
@@ -16,6 +19,7 @@ import numpy as np
 # them, below the first bin.
 REST = 1e-5                 # of the rate
 CHUNK = 8192
+KEPT, KEPT_BINS = 24, 4096     # transfers that are remembered, none of more bins: 0.1 GB
 
 
 def transfer(scenario, f, progress=0.5, sensed=False):
@@ -24,18 +28,31 @@ def transfer(scenario, f, progress=0.5, sensed=False):
 
     With `sensed` the deflections (bins, m, inputs) that the local forces of the scenario feel.
     """
-    craft, rate = assemble(scenario, progress), scenario.craft.rate_hz
+    craft, forces = assemble(scenario, progress), len(scenario.local) if sensed else 0
+    matrices = tuple(getattr(craft, name.name) for name in fields(craft))
+    args = (tuple(m.tobytes() for m in matrices), tuple(m.shape for m in matrices), f.tobytes(),
+            scenario.craft.rate_hz, scenario.ppm, forces, sensed)
+    return (_transfer if len(f) <= KEPT_BINS else _transfer.__wrapped__)(*args)
+
+
+@lru_cache(maxsize=KEPT)
+def _transfer(matrices, shapes, f, rate, ppm, forces, sensed):
+    """Return the transfer of matrices given as bytes: most effects leave them as they are."""
+    craft = Craft(*(np.frombuffer(m).reshape(s).copy() for m, s in zip(matrices, shapes)))
+    f = np.frombuffer(f)
     for k in range(3):
         craft.stiffness[k, k] += craft.mass[k, k] * (2 * np.pi * REST * rate)**2
     a, b, _, c, d, _ = state_matrices(craft)
     e, p0, p1 = propagators(a, 1 / rate)
     if sensed:
-        c = np.hstack([craft.directions[:, 1:].T, np.zeros((len(scenario.local), len(a) // 2))])
+        c = np.hstack([craft.directions[:, 1:].T, np.zeros((forces, len(a) // 2))])
         d = np.zeros((len(c), b.shape[1]))
     poles, modes = np.linalg.eig(e)
-    z = np.exp(2j * np.pi * f / (1 + scenario.ppm * 1e-6) / rate)
+    z = np.exp(2j * np.pi * f / (1 + ppm * 1e-6) / rate)
     right = np.linalg.solve(modes, (p0 + p1) @ b)
-    return ((c @ modes) / (z[:, None, None] - poles)) @ right + d
+    g = ((c @ modes) / (z[:, None, None] - poles)) @ right + d
+    g.flags.writeable = False
+    return g
 
 
 def spectrum(scenario, f, share=None):

@@ -17,12 +17,14 @@ import subprocess
 import tempfile
 import time
 
-from blindgen.proof.seal import write_json
+from blindgen.arithmetic import without
+from blindgen.proof.seal import read_json, write_json
 
 # one command a line; {healthy} is all healthy recordings, each a word
 TOOL = ('.venv/bin/ssi_ros calibrate {healthy} --model {model} --output {calibrated}',
         '.venv/bin/ssi_ros diagnose {bag} --model {calibrated} --json {json}')
 POLL_S = 0.02               # how often a running tool is polled
+LAST_WORDS = 2000           # characters of what a tool printed last that are kept
 SHARE = 0.05            # of the time since its begin, after which a tool is looked at again
 
 
@@ -44,6 +46,9 @@ def answer(folder, name, tool, timeout_s):
             return name, 'another campaign has it in work'
         with tempfile.TemporaryDirectory(prefix='blind.') as alone:
             run, out = _answered(folder / 'cases' / name, Path(alone), tool, timeout_s)
+            if data.exists():
+                before = read_json(data)
+                run['earlier'] = [*before.get('earlier', ()), before['trouble']]
             write_json(data, run)
             if out.exists() and not run['trouble']:
                 part = done.with_suffix('.part')
@@ -53,7 +58,12 @@ def answer(folder, name, tool, timeout_s):
 
 
 def _answered(case, alone, tool, timeout_s):
-    """Return what all commands took, up to the first that fails, and the answer's path."""
+    """
+    Return what all commands took, and the answer's path.
+
+    A command that ends with an exit code is no reason to stop: by its code a tool may say what it
+    found. One that could not do its work leaves nothing to go on with, and the next says so.
+    """
     for path in sorted(case.iterdir()):
         if path.is_dir():
             _copy(path, alone / path.name)
@@ -67,12 +77,17 @@ def _answered(case, alone, tool, timeout_s):
         words = [w for word in shlex.split(command) for w in (
             healthy if word == '{healthy}' else [word.format(healthy=healthy[0], **places)])]
         run = run_alone(words, alone, timeout_s - total.get('seconds', 0.0))
+        said = [total.get('last_words', ''), run['last_words']]
         total = {**run, **{k: run[k] + total.get(k, 0.0) for k in ('seconds', 'cpu_s')},
-                 'peak_mb': max(run['peak_mb'], total.get('peak_mb', 0.0))}
-        if run['trouble'] or run['exit'] and not out.exists():
+                 'peak_mb': max(run['peak_mb'], total.get('peak_mb', 0.0)),
+                 'each_cpu_s': [*total.get('each_cpu_s', ()), run['cpu_s']],
+                 'exits': [*total.get('exits', ()), run['exit']],
+                 'last_words': '\n'.join(filter(None, said))}
+        if run['trouble']:
             break
     if not total['trouble'] and not out.exists():
-        total['trouble'] = f'exit {total["exit"]}, no answer: {total["last_words"]}'
+        total['trouble'] = (f'exit {", ".join(map(str, total["exits"]))}, no answer: '
+                            f'{total["last_words"][-LAST_WORDS:]}')
     return total, out
 
 
@@ -86,7 +101,7 @@ def run_alone(command, home, timeout_s):
         If the command is not found.
 
     """
-    environment = {**os.environ, 'HOME': str(home), 'TMPDIR': str(home),
+    environment = {**without(os.environ), 'HOME': str(home), 'TMPDIR': str(home),
                    'XDG_CACHE_HOME': str(home), 'ROS_LOG_DIR': str(home)}
     # Dask's, for its workers: a tool would spend most of its time in page faults
     environment.pop('MALLOC_TRIM_THRESHOLD_', None)
@@ -111,7 +126,7 @@ def run_alone(command, home, timeout_s):
             time.sleep(min(POLL_S, 0.001 + SHARE * (time.monotonic() - begin)))
         process.returncode = os.waitstatus_to_exitcode(status)
         words.seek(0)
-        last = words.read().strip()[-300:]
+        last = words.read().strip()[-LAST_WORDS:]
     return {'seconds': time.monotonic() - begin, 'cpu_s': usage.ru_utime + usage.ru_stime,
             'peak_mb': peak_mb or usage.ru_maxrss / 1024, 'exit': process.returncode,
             'last_words': last, 'trouble': trouble}

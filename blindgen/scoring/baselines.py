@@ -13,6 +13,7 @@ from pathlib import Path
 
 from blindgen.cases.bag import read_bag
 from blindgen.cases.draw import draw_case, healthy
+from blindgen.cases.make import at_hand
 from blindgen.cases.plan import Case, case_of, scenario_of
 from blindgen.effects.base import EFFECTS
 from blindgen.physics.record import simulate
@@ -68,7 +69,7 @@ def _example(name, k, scope):
 def baselines(folder, labels, scope, rounds, client, cache):
     """Return {baseline: {case: text of its answer}} for the cases of a campaign."""
     truths, old = training(scope, rounds, client, cache)
-    jobs = [(folder, name, labels[name]['seed'], scope) for name in sorted(labels)]
+    jobs = [(folder, name, labels[name], scope) for name in sorted(labels)]
     got = dict(spread(client, _measured, jobs, 'baselines'))
     names = sorted(got)
     new = {kind: np.array([got[name][kind] for name in names]) for kind in KINDS}
@@ -76,9 +77,10 @@ def baselines(folder, labels, scope, rounds, client, cache):
             for way in (shift_table, random_forest, two_sample, neural_posterior)}
 
 
-def _measured(folder, name, seed, scope):
-    case, craft = Path(folder) / 'cases' / name, draw_case(seed, scope).nominal
-    return name, features(read_bag(case / 'bag', craft), read_bag(case / 'healthy_1', craft))
+def _measured(folder, name, label, scope):
+    craft = draw_case(label['seed'], scope).nominal
+    with at_hand(folder, name, label, scope) as case:
+        return name, features(read_bag(case / 'bag', craft), read_bag(case / 'healthy_1', craft))
 
 
 def shift_table(labels, old, new):

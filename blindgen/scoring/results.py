@@ -4,6 +4,7 @@ from pathlib import Path
 
 from blindgen.cases.bag import read_bag
 from blindgen.cases.draw import before, draw_case
+from blindgen.cases.make import at_hand, scope_of
 from blindgen.cases.plan import Case, scenario_of
 from blindgen.proof.seal import read_json, write_json
 from blindgen.run.campaign import labels_of, texts_of
@@ -16,7 +17,7 @@ from blindgen.scoring.score import score
 from blindgen.verify import read_answer
 
 
-def results(folder, scope, client=None, rounds=0, cache='.'):
+def results(folder, client=None, rounds=0, cache='.'):
     """
     Write scores.json, curves.png, confidence.png and report.md; return the scores.
 
@@ -24,8 +25,6 @@ def results(folder, scope, client=None, rounds=0, cache='.'):
     ----------
     folder : Path
         Of the campaign, revealed.
-    scope : Scope
-        Of its spacecraft and records.
     client : distributed.Client
         Spreads what needs simulations; None does it here.
     rounds : int
@@ -36,6 +35,7 @@ def results(folder, scope, client=None, rounds=0, cache='.'):
     """
     folder = Path(folder)
     labels, texts = labels_of(folder), texts_of(folder)
+    scope = scope_of(read_json(folder / 'commitment.json'))
     runs = {name: read_json(path) for name in labels
             if (path := folder / 'runs' / f'{name}.json').exists()}
     jobs = [(folder, name, labels[name], scope) for name in sorted(labels)
@@ -79,7 +79,8 @@ def _closed(folder, name, label, scope):
     if not path.exists():
         draft = draw_case(label['seed'], scope)
         case = Case(**{**label, 'effects': tuple(label['effects'])})
-        bag = read_bag(Path(folder) / 'cases' / name / 'bag', draft.nominal)
+        with at_hand(folder, name, label, scope) as made:
+            bag = read_bag(made / 'bag', draft.nominal)
         write_json(path, closed_by_truth(before(label['seed'], draft), scenario_of(case, draft),
                                          *bag))
     return name, read_json(path)

@@ -28,14 +28,14 @@ def rivals(knowledge, name, parameters, alone, seed=0):
     if kind not in (*SPECTRAL, 'simulated') or alone < 0.5:
         return {}
     u = _change(knowledge, EFFECTS[name], parameters)
-    best, rng = {}, np.random.default_rng(seed)
+    cosine, best, rng = knowledge.cosines_with(u), {}, np.random.default_rng(seed)
     for rival in EFFECTS.values():
         if not rival.library or rival.name == name or not rival.fits(craft):
             continue
         if rival.predict in SPECTRAL:
-            found = _closest(knowledge, rival, u, rng)
+            found = _closest(knowledge, rival, cosine, rng)
         elif rival.predict == 'simulated' and EFFECTS[name].site == 'structure':
-            found = _hinges(knowledge, rival, u, alone, rng)
+            found = _hinges(knowledge, rival, cosine, alone, rng)
         else:
             continue
         if found >= WORTH:
@@ -55,7 +55,7 @@ def _change(knowledge, effect, parameters):
     return knowledge.record.change(scenario)
 
 
-def _closest(knowledge, rival, u, rng):
+def _closest(knowledge, rival, cosine, rng):
     """Return the largest cosine of a rival over its places and draws."""
     craft, best, done = knowledge.record.scenario.craft, 0.0, {}
     duration, m = knowledge.record.duration_s, np.sqrt(rival.low * rival.high)
@@ -77,11 +77,11 @@ def _closest(knowledge, rival, u, rng):
                 break
             m = float(np.clip(m * np.clip(TRIAL / max(size, 1e-12), 1e-3, 1e3), rival.low,
                               rival.high))
-        best = max(best, abs(knowledge.cosine(u, w)))
+        best = max(best, abs(cosine(w)))
     return best
 
 
-def _hinges(knowledge, rival, u, alone, rng):
+def _hinges(knowledge, rival, cosine, alone, rng):
     """Return the largest cosine of a nonlinear hinge, as large as the effect, in any array."""
     record, best = knowledge.record, 0.0
     for name in record.scenario.craft.names:
@@ -90,5 +90,5 @@ def _hinges(knowledge, rival, u, alone, rng):
         compliance = size_for(knowledge, 'hinge_compliance', v, alone)[0]
         p = rival.size(v, 1 / compliance['stiffness_n_m_rad'])
         w = simulated(knowledge, rival.apply(record.scenario, p), SEED)
-        best = max(best, abs(knowledge.cosine(u, w)))
+        best = max(best, abs(cosine(w)))
     return best

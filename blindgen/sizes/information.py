@@ -89,7 +89,7 @@ class Record:
     @cached_property
     def spectrum(self):
         """Return S (n, c, c) with the noise."""
-        return sum(spectrum(self.scenario, self.grid[0], self.share))
+        return self.expected(self.scenario)
 
     @cached_property
     def root(self):
@@ -106,19 +106,36 @@ class Record:
         """Return their information in this record (p, p)."""
         return self.v @ self.v.T
 
-    def change(self, scenario, test=False, base=None):
+    def once(self, key, make):
+        """Return make(), which depends on this record and the key alone, made the first time."""
+        kept = self.__dict__.setdefault('kept', {})
+        if key not in kept:
+            kept[key] = make()
+        return kept[key]
+
+    def expected(self, scenario):
+        """Return S (n, c, c) of another scenario on the grid of this record, with its noise."""
+        return sum(spectrum(scenario, self.grid[0], self.share))
+
+    def root_of(self, scenario):
+        """Return L^-1 (n, c, c) of another scenario on the grid of this record."""
+        return np.linalg.inv(np.linalg.cholesky(self.expected(scenario)))
+
+    def change(self, scenario, test=False):
+        """Return the vector u of the change to another scenario: `change_to` its spectrum."""
+        return self.change_to(self.expected(scenario), test)
+
+    def change_to(self, other, test=False, root=None):
         """
-        Return the vector u of the change to another scenario, whose square is d'^2.
+        Return the vector u of the change to a spectrum (n, c, c), whose square is d'^2.
 
         With the whitened change D, w = 2 D / (1 + (1 + D)^2) is the quadratic statistic with the
         largest ratio of its shift to its spread, of which half is without and half with the
         change; its squared ratio is |u|^2 of u = D sqrt(2 / (1 + (1 + D)^2)). For a small change
-        both are D. `test` returns w. `base` is changed from, in place of the record's scenario.
+        both are D. `test` returns w. `root` is L^-1 of what is changed from, the record's own
+        spectrum if left out.
         """
-        f, bins = self.grid
-        root = self.root if base is None else np.linalg.inv(np.linalg.cholesky(
-            sum(spectrum(base, f, self.share))))
-        other = sum(spectrum(scenario, f, self.share))
+        root, bins = self.root if root is None else root, self.grid[1]
         white = root @ other @ np.conj(np.swapaxes(root, -1, -2))
         values, basis = np.linalg.eigh(white)
         half = 2 / (1 + np.maximum(values, 0.0)**2)
@@ -162,9 +179,11 @@ class Knowledge:
         derivatives alone, as a test that linearises the unknowns sees it.
         """
         start, record = self.record.scenario, self.record
+        other = record.expected(scenario)
 
         def cost(amounts):
-            u = record.change(scenario, base=moved(start, amounts))
+            u = record.change_to(other, root=self.start if not amounts.any() else
+                                 record.root_of(moved(start, amounts)))
             return u, u @ u + amounts @ self.before @ amounts
 
         at = np.zeros(len(self.before))
@@ -181,18 +200,39 @@ class Knowledge:
                 step /= 2
         return float(np.sqrt(max(min(best, linear), 0.0)))
 
+    @cached_property
+    def start(self):
+        """Return L^-1 (n, c, c) where the fit of the unknowns begins."""
+        return self.record.root_of(moved(self.record.scenario, np.zeros(len(self.before))))
+
     def inner(self, a, b):
         """Return the inner product of two changes beyond what the unknowns explain."""
         v = self.record.v
-        return float(a @ b - (v @ a) @ cho_solve(self.after, v @ b))
+        scores = v @ a
+        return self._inner(a, b, scores, scores if b is a else v @ b)
+
+    def _inner(self, a, b, scores_a, scores_b):
+        return float(a @ b - scores_a @ cho_solve(self.after, scores_b))
 
     def size(self, u):
         """Return d' of a change u."""
         return float(np.sqrt(max(self.inner(u, u), 0.0)))
 
-    def cosine(self, a, b):
-        """Return the cosine of two changes beyond what the unknowns explain."""
-        return self.inner(a, b) / max(self.size(a) * self.size(b), 1e-12)
+    def cosines_with(self, a):
+        """
+        Return the function that gives the cosine of a change with a, beyond the unknowns.
+
+        The product with the unknowns' vectors, tens of megabytes, is all that a cosine takes: it
+        is made once of each change.
+        """
+        v = self.record.v
+        scores_a, size_a = v @ a, self.size(a)
+
+        def cosine(b):
+            scores_b = v @ b
+            size_b = float(np.sqrt(max(self._inner(b, b, scores_b, scores_b), 0.0)))
+            return self._inner(a, b, scores_a, scores_b) / max(size_a * size_b, 1e-12)
+        return cosine
 
     def from_scores(self, shifts):
         """Return the change whose scores on the unknowns' vectors are given (p,)."""

@@ -108,9 +108,13 @@ def _drift(knowledge, change):
 def simulated(knowledge, scenario, seed):
     """Return the change (as a vector) that an effect makes in the unknowns' scores, simulated."""
     record = knowledge.record
-    plain = [replace(s, gaps=(), warming=0.0) for s in (record.scenario, scenario)]
-    p = [periodogram(record, simulate(s, record.duration_s, seed)[0]) for s in plain]
-    return knowledge.from_scores(record.v @ (p[1] - p[0]))
+
+    def of(one):
+        plain = replace(one, gaps=(), warming=0.0)
+        return periodogram(record, simulate(plain, record.duration_s, seed)[0])
+
+    without = record.once(('periodogram', seed), lambda: of(record.scenario))
+    return knowledge.from_scores(record.v @ (of(scenario) - without))
 
 
 def periodogram(record, values):

@@ -15,7 +15,7 @@ from blindgen.cases.make import make, write_case
 from blindgen.cases.plan import drafts
 from blindgen.proof.register import enter, entries, open_campaigns
 from blindgen.proof.seal import case_name, merkle_root, read_json, seed_of, sha
-from blindgen.run.campaign import labels_of, run
+from blindgen.run.campaign import labels_of, Run, run
 from blindgen.run.spread import spread
 from blindgen.run.tool import answer
 import numpy as np
@@ -92,7 +92,10 @@ def test_every_hash_agrees_and_a_change_is_found(folder):
         path.write_bytes(data)
         code, found = faults(folder, *repository)
         path.write_bytes(before)
-        assert code == 1 and len(found) == 1 and word in found[0]
+        assert code == 1 and word in found[0]
+        # a changed answer is not the one that was archived during the run either
+        assert found[1:] == ([f'FAULT {name}: public_part001.json.xz has another answer']
+                             if path.suffix == '.xz' else [])
 
 
 def test_the_archive_is_enough(folder, tmp_path):
@@ -124,11 +127,11 @@ def test_the_commitment_is_a_commit_of_its_own(folder, tmp_path):
     shutil.copytree(folder, copy, ignore=shutil.ignore_patterns(
         'cases', 'answers.json*', 'published.json'))
     with pytest.raises(ValueError, match='no git commit yet; run `publish`'):
-        run(copy, ['{bag} {json}'], repository=repository)
+        run(copy, Run(('{bag} {json}',), repository=repository))
     assert main(['publish', '--folder', str(copy), '--repository', str(repository)]) == 2
     (copy / 'published.json').write_text(json.dumps({**at, 'git_commit': 'f' * 40}))
     with pytest.raises(ValueError, match='another commitment'):
-        run(copy, ['{bag} {json}'], repository=repository)
+        run(copy, Run(('{bag} {json}',), repository=repository))
 
 
 def test_the_register_has_every_campaign_and_no_gap(folder, tmp_path):
@@ -201,7 +204,7 @@ def test_making_again_keeps_the_cases_and_refuses_another_campaign(folder, tmp_p
 
 
 def test_a_tool_that_never_ends_is_stopped(folder, tmp_path):
-    """Its whole process group is killed and the case has no answer; a first command may fail."""
+    """Its whole process group is killed and the case has no answer."""
     name = sorted(labels_of(folder))[0]
     (tmp_path / 'cases').mkdir()
     (tmp_path / 'cases' / name).symlink_to(folder / 'cases' / name)
@@ -209,8 +212,15 @@ def test_a_tool_that_never_ends_is_stopped(folder, tmp_path):
     what = answer(tmp_path, name, (f'{python} -c "import time; time.sleep(99)"',), 0.5)
     assert what == (name, 'no answer in 0.5 s')
     what = answer(tmp_path, name, (f'{python} -c "raise SystemExit(3)"', f'{python} -c ""'), 9.0)
-    assert what[1].startswith('exit 3, no answer')
+    assert what[1].startswith('exit 3, 0, no answer')
     assert not (tmp_path / 'answers' / f'{name}.json').exists()
+    # `calibrate` says by its code that the model does not explain all, and has written it
+    python += ' -c "import pathlib, sys; pathlib.Path(sys.argv[1]).write_text(sys.argv[2])'
+    what = answer(tmp_path, name, (f'{python}; raise SystemExit(1)" {{calibrated}} mended',
+                                   f'{sys.executable} -c "import shutil, sys; '
+                                   'shutil.copyfile(*sys.argv[1:])" {calibrated} {json}'), 9.0)
+    assert what == (name, '')
+    assert (tmp_path / 'answers' / f'{name}.json').read_text() == 'mended'
 
 
 def test_a_written_bag_reads_back(tmp_path, rng):

@@ -6,7 +6,7 @@ from blindgen.__main__ import main
 from blindgen.cases.draw import SMALL
 from blindgen.cases.make import write_case
 from blindgen.proof.seal import read_json, write_json
-from blindgen.run.campaign import run
+from blindgen.run.campaign import Run, run
 import pytest
 
 COMMAND = Path(sys.executable).with_name('ssi_ros')
@@ -28,9 +28,9 @@ def test_the_real_tool_reads_what_is_written_and_answers(tmp_path):
     hashes = dict(write_case(folder, name, {'kind': kind, 'effects': effects, 'seed': 7}, SMALL)
                   for name, kind, effects in zip(names, ('none', 'single'), ([], [gain])))
     write_json(folder / 'commitment.json', {'cases': hashes})
-    trouble = run(folder, (f"{sys.executable} -c '{PLAIN}' {{model}} {{calibrated}}",
-                           f'{COMMAND} diagnose {{bag}} --model {{calibrated}} --no-pairs '
-                           '--effects sensor_gain,stiffness_scale --json {json}'))
+    trouble = run(folder, Run((f"{sys.executable} -c '{PLAIN}' {{model}} {{calibrated}}",
+                               f'{COMMAND} diagnose {{bag}} --model {{calibrated}} --no-pairs '
+                               '--effects sensor_gain,stiffness_scale --json {json}')))
     assert trouble == dict.fromkeys(names, '')
     for name in names:
         assert read_json(folder / 'answers' / f'{name}.json')['schema'] == 'ssi_ros/diagnosis/1'
