@@ -91,11 +91,10 @@ class Grid:
         Returns
         -------
         ndarray, shape (l,)
-            In samples, -0.5 to 0.5; NaN where it is not known yet.
+            In samples; NaN where it is not known yet.
 
         """
-        ticks = self._beside('settled_ns')
-        return ticks - np.rint(ticks)
+        return self._beside('settled_ns')
 
     def drifts(self):
         """Return by how much each offset has changed since, shape (l,) [samples]."""
@@ -344,7 +343,9 @@ class Grid:
         since = (stamps - self.origin_ns).astype(float)
         if self._phases[c] is None:
             k = int(np.argmax(since >= -0.5 * dt)) if (since >= -0.5 * dt).any() else 0
-            self._phases[c] = Phase(since[k] - np.rint(since[k] / dt) * dt)
+            # a row holds what is nearest to the instants of the channel that was placed first
+            away = since[k] - next((p.phase_ns for p in self._phases if p is not None), 0.0)
+            self._phases[c] = Phase(since[k] - np.rint(away / dt) * dt)
         index = self._phases[c].index(since, dt)
         good = index >= 0                     # before the origin some channel was not there yet
         index, values = index[good], values[good]

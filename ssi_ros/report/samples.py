@@ -1,4 +1,6 @@
 """From a bag's channels, each with its own stamps, to samples on one even grid."""
+from dataclasses import replace
+
 import numpy as np
 
 from ssi_ros.identify.grid import Grid
@@ -52,8 +54,9 @@ def samples_of(recording, rate_hz=0.0, say=None):
         _check_rate(recording, grid.rate_hz)
     if len({r.segment for r in rows}) > 1:
         raise ValueError('the clock of the bag jumps; cut the bag there and give one end')
-    values, moved = together(np.concatenate([r.values for r in rows]),
-                             _offsets(recording, rows), recording.names, rows[0].rate_hz)
+    found = _offsets(recording, rows, grid.offsets())
+    values, moved = together(np.concatenate([r.values for r in rows]), found, recording.names,
+                             rows[0].rate_hz)
     if moved and say is not None:
         say(moved)
     first, last = (EDGE, -EDGE) if moved and len(values) > 4 * EDGE else (0, None)
@@ -61,11 +64,14 @@ def samples_of(recording, rate_hz=0.0, say=None):
                    rows[0].origin_ns + round(first * 1e9 / rows[0].rate_hz))
 
 
-def _offsets(recording, rows):
-    """Return the Offset of every channel within the rows."""
+def _offsets(recording, rows, placed):
+    """Return the Offset of every channel within the rows, where a grid has placed them."""
     last = rows[-1]
     end_ns = last.origin_ns + round((last.first + len(last.values)) * 1e9 / last.rate_hz)
-    return offsets(recording.stamps_ns, last.rate_hz, last.origin_ns, end_ns)
+    found = offsets(recording.stamps_ns, last.rate_hz, last.origin_ns, end_ns)
+    # stamps alone do not say which of its samples is in the row of another channel
+    return [f if np.isnan(p) else replace(f, offset=f.offset + float(np.rint(p - f.offset)))
+            for f, p in zip(found, placed)]
 
 
 def _check_rate(recording, rate_hz):

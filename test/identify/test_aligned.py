@@ -42,6 +42,21 @@ def test_moved_rows_are_those_of_one_instant(offset_s):
     np.testing.assert_array_equal(values[0][:size], values[1][:size])
 
 
+@pytest.mark.parametrize('later', [(0.0, 0.0054, 0.0008), (0.0057, 0.0, 0.0016)])
+def test_no_channel_is_a_whole_sample_off(later):
+    """The rows of three channels begin with the last of them, and show one motion."""
+    grid, aligned, out = Grid(('a', 'b', 'c'), 100.0), Aligned(), []
+    for part in np.array_split(np.arange(N) / 100.0, 7):
+        for c, offset_s in enumerate(later):
+            times = part + offset_s
+            grid.push(c, START_NS + np.rint(times * 1e9).astype(np.int64), motion(times))
+        for rows in grid.rows():
+            out += aligned.push(rows, grid.offsets())
+    values = np.concatenate([r.values for r in out])[MARGIN:]
+    for other in (1, 2):
+        assert np.nanstd(values[:, 0] - values[:, other]) < 0.01 * np.nanstd(values[:, 0])
+
+
 def test_rows_of_one_instant_pass_as_they_are():
     """Below 0.02 samples nothing is moved and nothing waits."""
     aligned, out = rows_of(0.0001, 7)

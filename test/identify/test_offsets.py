@@ -35,6 +35,18 @@ def test_a_channel_is_moved_to_the_instants_of_the_first(offset_ms):
     assert np.isfinite(samples.values).all() and len(samples.values) >= 6000 - 2 * EDGE - 1
 
 
+@pytest.mark.parametrize('later', [(0.0, 0.54, 0.08), (0.0, 0.16, 0.57), (0.57, 0.0, 0.16),
+                                   (0.0, -0.45, 0.45), (0.3, 0.9, 0.6)])
+def test_no_channel_is_a_whole_sample_off(later):
+    """Of three channels, the last to begin sets where rows begin; all show the same motion."""
+    t = np.arange(6000) / RATE
+    times = [t + share / RATE for share in later]
+    samples = samples_of(recorded(*((x, wave(x)) for x in times)))
+    for other in (1, 2):
+        np.testing.assert_allclose(samples.values[200:-200, other], samples.values[200:-200, 0],
+                                   atol=2e-3 * 3)
+
+
 def test_noise_keeps_its_spectrum(rng):
     """White noise stays white up to half of the rate, also between gaps."""
     x = rng.standard_normal(2 ** 16)
