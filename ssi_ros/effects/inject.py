@@ -1,6 +1,6 @@
 """Put effects into a spacecraft: numbers -> setup, eq. (80) of docs/theory-gap.md."""
 from ssi_ros.effects.base import Setup
-from ssi_ros.effects.places import applicable
+from ssi_ros.effects.places import check_needs
 from ssi_ros.model.structure import assemble
 
 
@@ -32,7 +32,7 @@ def inject(spacecraft, effects=(), duration_s=600.0):
 
     """
     effects = tuple(e for e in effects if not e.is_null)
-    applicable(spacecraft, [e.name for e in effects])
+    check_needs(spacecraft, map(type, effects))
     hinged = {}
     for e in effects:
         if e.hinge and hinged.setdefault(e.array, e) is not e:

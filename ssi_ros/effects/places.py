@@ -35,15 +35,22 @@ def applicable(model, names=None):
         If one of `names` is not known, or needs what the model does not have.
 
     """
-    there = offered(model)
-    for name in names or ():
-        lacking = [n for n in effect_class(name).needed() if n not in there]
-        if lacking:
-            raise ValueError(f'{name} needs {WORDS[lacking[0]]}, which this model does not have; '
-                             'leave it out')
     if names:
-        return tuple(effect_class(n).name for n in names)
-    return tuple(n for n, cls in library().items() if set(cls.needed()) <= set(there))
+        classes = tuple(map(effect_class, names))
+        check_needs(model, classes)
+        return tuple(cls.name for cls in classes)
+    there = set(offered(model))
+    return tuple(n for n, cls in library().items() if set(cls.needed()) <= there)
+
+
+def check_needs(model, classes):
+    """Raise ValueError where an effect of some classes needs what a model does not have."""
+    there = offered(model)
+    for cls in classes:
+        lacking = [n for n in cls.needed() if n not in there]
+        if lacking:
+            raise ValueError(f'{cls.name} needs {WORDS[lacking[0]]}, which this model does not '
+                             'have; leave it out')
 
 
 def left_out(model):

@@ -7,7 +7,7 @@ depend on how time is cut into blocks. `covariance(rate_hz, inputs)` is the cova
 sample of the random, stationary share (zero for what is determined), which the stationary start
 and the expected spectrum need. Equations (27) to (29) of docs/theory.md.
 """
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import zlib
 
 import numpy as np
@@ -153,6 +153,12 @@ class Coloured:
         """Return the power gain at frequencies."""
         return 1.0 / (1.0 + (np.asarray(frequencies_hz) / self.corner_hz) ** 2)
 
+    def scaled(self, factor):
+        """Return the same with another corner, that of the innermost low-pass."""
+        inner = self.part
+        return (replace(self, part=inner.scaled(factor)) if isinstance(inner, Coloured)
+                else replace(self, corner_hz=self.corner_hz * factor))
+
     def taps(self, rate_hz):
         """Return the causal filter of least phase that has this power, shape (n,)."""
         count = 1 << int(np.ceil(np.log2(max(4096.0, 40 * rate_hz / self.corner_hz))))
@@ -196,3 +202,8 @@ def total_covariance(parts, rate_hz, inputs):
     """Return the covariance of one sample of all parts together, shape (m, m)."""
     return sum((p.covariance(rate_hz, inputs) for p in parts),
                np.zeros((len(inputs), len(inputs))))
+
+
+def coloured(part, corner_hz):
+    """Return a part through a first-order low-pass; as it is where the corner is infinite."""
+    return part if np.isinf(corner_hz) else Coloured(part, corner_hz)

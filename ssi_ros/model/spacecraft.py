@@ -1,5 +1,6 @@
 """The numbers of a spacecraft: what stands in `config/spacecraft.yaml`, as frozen records."""
 from dataclasses import dataclass, field, replace
+import math
 import os
 from pathlib import Path
 import sys
@@ -103,10 +104,24 @@ class ExcitationLevels:
                                      doc='white torque about x_b, y_b, z_b')
     process_noise_rms: float = quantity(0.005, unit='N/kg^0.5', low=0.0, high=1e6,
                                         doc='white generalised force on every mode')
+    torque_corner_hz: float = quantity(
+        math.inf, unit='Hz', low=1e-6, doc='corner of a first-order low-pass of the torques')
+    process_corner_hz: float = quantity(
+        math.inf, unit='Hz', low=1e-6, doc='corner of one of the forces on the modes')
+    torque_corner_std: float = quantity(
+        0.0, unit='1', low=0.0, high=10.0, doc='how surely it is known, of its logarithm')
+    process_corner_std: float = quantity(
+        0.0, unit='1', low=0.0, high=10.0, doc='the same of the forces')
 
     def __post_init__(self):
         check(self)
         three(self, 'torque_rms_n_m')
+
+    @property
+    def corners(self):
+        """Return corner [Hz] and its deviation by what is coloured: 'torque', 'process'."""
+        return {'torque': (self.torque_corner_hz, self.torque_corner_std),
+                'process': (self.process_corner_hz, self.process_corner_std)}
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.linalg import block_diag, eigh
 
 from ssi_ros.model.errors import Calibration, numbers_at, PROBE_M, with_errors
-from ssi_ros.model.excitation import White
+from ssi_ros.model.excitation import coloured, White
 from ssi_ros.model.linear_model import assemble_model, LinearModel
 from ssi_ros.model.modal_errors import numbers_of_modes
 from ssi_ros.model.plate import plate_modes
@@ -154,7 +154,7 @@ def _with_give(system, arrays):
 
 def default_excitation(spacecraft):
     """
-    Return the ambient excitation of a spacecraft: white torque and process noise.
+    Return the ambient excitation of a spacecraft: torque and process noise, white or coloured.
 
     A torque about several axes is a part for each, so that each has a level of its own.
     """
@@ -164,7 +164,9 @@ def default_excitation(spacecraft):
     driven = [(name, rms) for name, rms in zip(TORQUES, levels.torque_rms_n_m) if rms > 0.0]
     torques = (torque,) if len(driven) < 2 else tuple(
         White(name, (name,), (rms,)) for name, rms in driven)
-    return (*torques, White('process_noise', forces, (levels.process_noise_rms,) * len(forces)))
+    process = White('process_noise', forces, (levels.process_noise_rms,) * len(forces))
+    return (*(coloured(t, levels.torque_corner_hz) for t in torques),
+            coloured(process, levels.process_corner_hz))
 
 
 def displacement_row(spacecraft, array, along_m, lateral_m, explicit_hinges=False):

@@ -17,8 +17,10 @@ from ssi_ros.gap.spectra.segmentation import frame_of
 from ssi_ros.integrity.missing import missing_of
 from ssi_ros.model.channels import of_channels, with_channels
 from ssi_ros.model.errors import Calibration, declared
+from ssi_ros.model.spacecraft import Spacecraft
 from ssi_ros.model.uncertainty import EXACT
 from ssi_ros.updating.fit import ErrorFit, fit_errors
+from ssi_ros.updating.input_colour import with_colour, words
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,6 +119,8 @@ def calibrate(spacecraft, recordings, settings=DiagnosisSettings(), *, names=(),
         errors, stds = declared(bare)
         found = fit_errors(bare, whole, errors, stds, settings, present=present,
                            progress=lambda share: progress((0.2 if inputs else 0.6) * share))
+        if isinstance(bare, Spacecraft) and not inputs:
+            bare, found = with_colour(bare, whole, found, settings, present=present)
         if any(np.isnan(m.values).any() for m in matched):
             # what was filled by a model that is wrong is no motion of this structure
             at = replace(bare, calibration=Calibration(errors, found.values))
@@ -143,8 +147,8 @@ def calibrate(spacecraft, recordings, settings=DiagnosisSettings(), *, names=(),
     unexplained = tuple(dict.fromkeys(d for c in checks for d in c.detected))
     calibration = replace(_of_all_channels(whole_model, calibrated.calibration),
                           unexplained=unexplained)
-    return Calibrated(replace(whole_model, calibration=calibration), found, scatter,
-                      tuple(checks), notes, tuple(
+    return Calibrated(replace(whole_model, calibration=calibration, excitation=bare.excitation),
+                      found, scatter, tuple(checks), notes + words(bare), tuple(
                           missing_of(r, [s.name for s in spacecraft.sensors])
                           for r in recordings))
 

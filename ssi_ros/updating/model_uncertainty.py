@@ -16,6 +16,7 @@ from ssi_ros.gap.inference.thresholds import LIMITS
 from ssi_ros.gap.inference.whittle import whiten
 from ssi_ros.hermitian import hermitian, inverse_root, real_vectors, white
 from ssi_ros.model.errors import with_frequencies
+from ssi_ros.model.excitation import Coloured
 
 STEP = 1e-4             # relative change for a difference quotient
 
@@ -154,6 +155,8 @@ def _moves(setup, settings):
         moved['dispersion'] = dispersed(setup.system, STEP), settings.dispersion_std
         yield from ((k, replace(setup, system=s), std) for k, (s, std) in moved.items())
         return
+    for kind, (_, std) in setup.spacecraft.excitation.corners.items():
+        yield f'colour of {kind}', _recoloured(setup, kind), std
     modes = max(a.modes for a in setup.spacecraft.arrays)
     for mode in range(modes):
         factors = {f'{a}_eta{mode + 1}': 1 + 2 * STEP for a in arrays}
@@ -164,6 +167,13 @@ def _moves(setup, settings):
     top = max(squares.values())
     factors = {d: 1 + 2 * STEP * k / top for d, k in squares.items()}
     yield 'error that grows with frequency', _scaled(setup, factors), settings.dispersion_std
+
+
+def _recoloured(setup, kind):
+    """Return the setup with the corners of torques, or of process noise, multiplied."""
+    parts = tuple(p.scaled(1 + STEP) if isinstance(p, Coloured) and p.name.startswith(kind) else p
+                  for p in setup.system.excitation)
+    return replace(setup, system=replace(setup.system, excitation=parts))
 
 
 def _scaled(setup, factors):

@@ -1,0 +1,102 @@
+"""
+The colour of the excitation, which a healthy recording shows and a model rarely states.
+
+Torques and the forces on the modes each pass a first-order low-pass, the shaping filter of section
+4.2 of the paper. Taken for white, a low-pass that is not stated bends every resonance and
+antiresonance of a wide band, which no error of a structure does. Eq. (29a) of docs/theory.md.
+"""
+from dataclasses import dataclass, replace
+import math
+
+import numpy as np
+
+from ssi_ros.effects.base import Effect, Site
+from ssi_ros.gap.candidate import Candidate
+from ssi_ros.quantity import quantity
+from ssi_ros.updating.fit import fit_errors
+
+LEAST_GAIN = 5.0        # nats of evidence for a colour: the chance of a false one is below 1 %
+WHITE = 10.0            # corners so many times the rate change a power by less than 0.3 %
+TRIED = 3               # steps of a first fit
+VAGUE = 1.0             # deviation of the logarithm of a corner that says nothing of it
+BEGIN = 0.5             # of the rate, the highest frequency there is
+
+
+@dataclass(frozen=True)
+class InputColour(Effect):
+    """Corners of torques and of the forces on the modes: a property of a model, no effect."""
+
+    name = 'input_colour'
+    site = Site.EXCITATION
+    size = 'torque_corner_hz'
+    starts = {'torque_corner_hz': (60.0,), 'process_corner_hz': (60.0,)}
+    power = -2.0
+
+    torque_corner_hz: float = quantity(math.inf, unit='Hz', low=1e-6, doc='corner of the torques')
+    process_corner_hz: float = quantity(math.inf, unit='Hz', low=1e-6, doc='of the forces')
+
+    def spacecraft(self, spacecraft):
+        """Return the spacecraft with these colours."""
+        return replace(spacecraft, excitation=replace(
+            spacecraft.excitation, torque_corner_hz=self.torque_corner_hz,
+            process_corner_hz=self.process_corner_hz))
+
+
+def with_colour(spacecraft, samples, found, settings, **beside):
+    """
+    Return a model with the colours that its excitation has in recordings, and its ErrorFit there.
+
+    Parameters
+    ----------
+    spacecraft : Spacecraft
+        The model, its excitation as it states it.
+    samples : sequence of Samples
+        Healthy recordings, as for `fit_errors`.
+    found : ErrorFit
+        Of its errors, under that excitation.
+    settings : DiagnosisSettings
+        Segments and band.
+    beside
+        Other arguments of `fit_errors`.
+
+    Returns
+    -------
+    spacecraft : Spacecraft
+        As it was, where no colour is more probable, or where it states one.
+    found : ErrorFit
+
+    """
+    stated = spacecraft.excitation
+    if any(np.isfinite(corner) for corner, _ in stated.corners.values()):
+        return spacecraft, found
+    begin = BEGIN * spacecraft.rate_hz
+    colour = Candidate((InputColour(begin, begin),))
+
+    def fitted(candidate, **how):
+        return fit_errors(spacecraft, samples, found.names, found.stds, settings,
+                          candidate=candidate, **beside, **how)
+    near = fitted(colour, before=found, steps=TRIED)
+    if near.log_evidence - found.log_evidence < LEAST_GAIN:
+        return spacecraft, found
+    # errors that were fitted under another colour have taken up some of it
+    best = max(near, fitted(near.candidate), key=lambda f: f.log_likelihood)
+    effect, = best.candidate.effects
+    corners = effect.torque_corner_hz, effect.process_corner_hz
+    stds = np.sqrt(np.diag(best.of_candidate))
+    is_white = [c > WHITE * spacecraft.rate_hz or s > VAGUE for c, s in zip(corners, stds)]
+    corners = [math.inf if w else c for w, c in zip(is_white, corners)]
+    stds = [0.0 if w else float(s) for w, s in zip(is_white, stds)]
+    return replace(spacecraft, excitation=replace(
+        stated, torque_corner_hz=corners[0], process_corner_hz=corners[1],
+        torque_corner_std=stds[0], process_corner_std=stds[1])), replace(
+            best, candidate=Candidate(), of_candidate=np.zeros((0, 0)))
+
+
+def words(spacecraft):
+    """Return a sentence for every colour of the excitation of a model."""
+    names = {'torque': 'the torque has', 'process': 'the forces on the modes have'}
+    corners = getattr(spacecraft.excitation, 'corners', {})
+    return tuple(
+        f'{names[kind]} passed a low-pass of first order with its corner at {corner:.3g} Hz '
+        f'(+-{100 * std:.1f} %)' for kind, (corner, std) in corners.items()
+        if np.isfinite(corner))
