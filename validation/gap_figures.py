@@ -203,8 +203,8 @@ def main():
     write('diagnosis_curves', 'Diagnosis: curves', [
         f'{len(cases)} cases with one effect each.', '', '## Detected and named against size', '',
         '![](../figures/diagnosis_detection.png)', '', *draw_detection(cases),
-        '## What was named', '', 'Numbers are cases, of those where a gap was detected; rows are what '
-        'was there.', '', '![](../figures/diagnosis_confusion.png)', '',
+        '## What was named', '', 'Numbers are cases, of those where a gap was detected; rows are '
+        'what was there.', '', '![](../figures/diagnosis_confusion.png)', '',
         '## What is closed', '', 'Where the gap is three standard deviations above its floor; '
         'rails and steps change no expected spectrum, so they close nothing at their true size.',
         '', '![](../figures/diagnosis_closed.png)', '', *draw_closed(cases),

@@ -46,6 +46,7 @@ DRESS = ('document.head.insertAdjacentHTML("beforeend", '
          '(s => { if (s) { s.selectedIndex = 5; s.dispatchEvent(new Event("change")); } })'
          '(document.querySelector("select"))')
 SETTLE_S, WATCH_S = 30.0, 60.0
+TRIED = '## Tried by hand'
 
 
 def pages():
@@ -173,6 +174,12 @@ def monitor_share(folder):
         nodes.kill()
 
 
+def by_hand():
+    """Return the lines of the page that a person wrote after trying."""
+    text = (ROOT / 'docs' / 'validation' / 'see.md').read_text()
+    return (TRIED + text.partition(TRIED)[2].rstrip()).split('\n')
+
+
 def main():
     """Measure, draw, write."""
     with tempfile.TemporaryDirectory() as folder:
@@ -200,9 +207,11 @@ def main():
              'at 4 x 100 Hz and an identifier with a result a second, in a terminal of 150 x 45; '
              f'{rate / 1e3:.0f} kB/s to the terminal.', '',
              '## The page of `identify --plot`', '',
-             'On a desktop of 1400 pixels, up to 14b3cb0 and now, and on a telephone of 390.', '',
-             *(f'![{name}](../figures/identify_page_{name}.png)'
-               for name in ('before', 'now', 'telephone'))]
+             'On a desktop of 1400 pixels, up to 14b3cb0 and now; on a telephone of 390, up to '
+             '6da4e93 and now.', '',
+             *(f'![{name}](../figures/{name}.png)' for name in (
+                 'identify_page_before', 'identify_page_now', 'identify_telephone_before',
+                 'identify_page_telephone')), '', *by_hand()]
     write('see', 'Pages and screens', lines, SEED)
 
 

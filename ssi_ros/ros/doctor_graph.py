@@ -119,8 +119,8 @@ def _quality(node, topics):
                         'error', 'QoS', f'{topic}: {p.node_name} and {s.node_name} never connect '
                         f'({reason.removeprefix("ERROR: ").rstrip(";")})',
                         f'set reliable to false at {s.node_name}, or publish reliable'))
-    return found or [Finding('ok', 'QoS', f'{things(pairs, "pair")} of publisher and subscription, '
-                             'none in conflict')]
+    return found or [Finding('ok', 'QoS', f'{things(pairs, "pair")} of publisher and '
+                             'subscription, none in conflict')]
 
 
 def _clocks(node, executor):
@@ -182,7 +182,7 @@ def _span(seconds):
 
 
 def _samples(topic, publishers, batch, seconds, simulated=False):
-    """Say what a topic brings: rate, missing samples, stamps, of /clock where that is published."""
+    """Say what a topic brings: rate, missing samples, stamps, those of /clock if simulated."""
     stamps, received = batch
     if publishers > 1:
         return Finding('error', 'samples', f'{topic}: {publishers} publishers, their samples mix',

@@ -58,8 +58,8 @@ def test_the_verb_takes_the_file_of_the_page(samples, tmp_path, capsys):
     assert main([*words, *more, '--plot', str(tmp_path / 'plots')]) == 0
     text = (tmp_path / 'plots' / 'index.html').read_text()
     # the command that the page shows has all that was typed, but for the pictures
-    assert (f"identify {tmp_path / 'bag'} --start-s 0.5 --band :1000 --efdd --window-s 60 --hop-s 10 "
-            '--picks picks.json') in text and SCHEMA in text
+    assert (f"identify {tmp_path / 'bag'} --start-s 0.5 --band :1000 --efdd --window-s 60 "
+            '--hop-s 10 --picks picks.json') in text and SCHEMA in text
     assert 'EFDD [Hz]' in capsys.readouterr().out
     last = identify(samples, SETTINGS)[-1]
     pole = max(accepted(last), key=lambda p: p.order)
