@@ -23,7 +23,10 @@ MOST = 12               # numbers of an effect that have a row each
 
 def summary(found):
     """Return the answer in one sentence; `found` is the JSON of a Diagnosis."""
-    return f'{found["outcome"]}: {headline(found)}{_at_most(found)}.'
+    words = OUTCOMES.get(found['outcome'], '')
+    # the size of what explains a gap says that there is one
+    plain = '' if found['outcome'] == 'EXPLAINED' else f'. {words}'
+    return f'{found["outcome"]}{plain}: {headline(found)}{_at_most(found)}.'
 
 
 def _at_most(found):
