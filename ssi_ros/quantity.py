@@ -202,6 +202,11 @@ def fixed(value, digits, sign=''):
     return text.replace('-', sign) if float(text) == 0.0 else text
 
 
+def things(n, noun):
+    """Return a number of things in words: 1 channel, 4 channels."""
+    return f'{n} {noun}' if n == 1 else f'{n} {noun}s'
+
+
 def shown(text):
     """Return words of a file for one line of a terminal: what does not print is escaped."""
     return ''.join(c if c.isprintable() else c.encode('unicode_escape').decode()

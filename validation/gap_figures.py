@@ -20,7 +20,7 @@ LEAST = 2e-4            # nats off the held-out gap, below which shares of it ar
 
 
 def detected(case):
-    """Return whether a gap was seen."""
+    """Return whether a gap was detected."""
     return case['outcome'] != 'WITHIN_FLOOR'
 
 
@@ -41,12 +41,12 @@ def interval(right, count):
 
 
 def draw_detection(cases):
-    """Draw shares that are seen and named against size, and return the table."""
+    """Draw shares that are detected and named against size, and return the table."""
     sizes = sorted({c['detection'] for c in cases})
     shape, save = figure('diagnosis_detection.png')
     axes = shape.subplots()
     rows = []
-    for verb, label in ((detected, 'seen'),
+    for verb, label in ((detected, 'detected'),
                         (in_class, 'named, counting indistinguishable effects as one'),
                         (strict, 'named strictly')):
         shares, ends = [], []
@@ -70,7 +70,7 @@ def draw_detection(cases):
 
 
 def draw_confusion(cases):
-    """Draw what was named against what was there, of the gaps seen."""
+    """Draw what was named against what was there, of the gaps detected."""
     names = list(applicable(None))
     columns = names + ['two effects', 'unexplained']
     counts = np.zeros((len(names), len(columns)))
@@ -201,10 +201,10 @@ def main():
     first, last = (pick(c['case'] for c in cases) for pick in (min, max))
     draw_confusion(cases)
     write('diagnosis_curves', 'Diagnosis: curves', [
-        f'{len(cases)} cases with one effect each.', '', '## Seen and named against size', '',
+        f'{len(cases)} cases with one effect each.', '', '## Detected and named against size', '',
         '![](../figures/diagnosis_detection.png)', '', *draw_detection(cases),
-        '## What was named', '', 'Numbers are cases, of those where a gap was seen; rows are what '
-        'was there.', '', '![](../figures/diagnosis_confusion.png)', '',
+        '## What was named', '', 'Numbers are cases, of those where a gap was detected; rows are '
+        'what was there.', '', '![](../figures/diagnosis_confusion.png)', '',
         '## What is closed', '', 'Where the gap is three standard deviations above its floor; '
         'rails and steps change no expected spectrum, so they close nothing at their true size.',
         '', '![](../figures/diagnosis_closed.png)', '', *draw_closed(cases),

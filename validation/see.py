@@ -28,6 +28,7 @@ from ssi_ros.monitor.screen import Screen
 from ssi_ros.monitor.watch import Status, Watch, with_health, with_window
 from ssi_ros.report.bag_page import bag_page, Judged, windows_of
 from ssi_ros.report.diagnosis_page import diagnosis_page, view_of
+from ssi_ros.report.identification_page import identification_page
 from ssi_ros.ros.demo import Processes
 from ssi_ros.updating.calibrate import calibrate
 
@@ -45,6 +46,7 @@ DRESS = ('document.head.insertAdjacentHTML("beforeend", '
          '(s => { if (s) { s.selectedIndex = 5; s.dispatchEvent(new Event("change")); } })'
          '(document.querySelector("select"))')
 SETTLE_S, WATCH_S = 30.0, 60.0
+TRIED = '## Tried by hand'
 
 
 def pages():
@@ -97,6 +99,24 @@ def open_times(path, folder):
                             captureBeyondViewport=True)
             (FIGURES / f'{name}.png').write_bytes(base64.b64decode(shot['data']))
     return plain, every
+
+
+def identify_pictures(windows, folder):
+    """Photograph the page of `identify --plot` on a desktop and on a telephone."""
+    page_path = folder / 'identify.html'
+    page_path.write_text(identification_page('real', windows, (
+        'e1_a', 'e1_b', 'e2_a', 'e2_b')), encoding='utf-8')
+    with browser.browser(folder / 'profile_identify') as page:
+        for name, width, height in (('now', 1400, 1500), ('telephone', 390, 1500)):
+            page.ask('Emulation.setDeviceMetricsOverride', width=width, height=height,
+                     deviceScaleFactor=1, mobile=width < 600)
+            page.open(f'file://{page_path}#all')
+            page.until('document.documentElement.dataset.openedMs')
+            time.sleep(2.0)
+            shot = page.ask('Page.captureScreenshot', clip={
+                'x': 0, 'y': 0, 'width': width, 'height': height, 'scale': 1},
+                captureBeyondViewport=True)
+            (FIGURES / f'identify_page_{name}.png').write_bytes(base64.b64decode(shot['data']))
 
 
 def screen_picture(windows):
@@ -154,6 +174,12 @@ def monitor_share(folder):
         nodes.kill()
 
 
+def by_hand():
+    """Return the lines of the page that a person wrote after trying."""
+    text = (ROOT / 'docs' / 'validation' / 'see.md').read_text()
+    return (TRIED + text.partition(TRIED)[2].rstrip()).split('\n')
+
+
 def main():
     """Measure, draw, write."""
     with tempfile.TemporaryDirectory() as folder:
@@ -167,6 +193,7 @@ def main():
             rows.append((f'`{name}`', f'{len(text.encode()) / 1e6:.2f}', min(plain),
                          f'{statistics.median(plain):.0f}', min(every)))
         screen_picture(windows)
+        identify_pictures(windows, folder)
         share, rate = monitor_share(folder)
     lines = [f'Record: {DURATION_S:g} s at 4 x 100 Hz with `{EFFECT}`. Other work ran on the '
              f'machine (load {os.getloadavg()[0]:.1f}).', '', '## Pages', '',
@@ -180,9 +207,11 @@ def main():
              'at 4 x 100 Hz and an identifier with a result a second, in a terminal of 150 x 45; '
              f'{rate / 1e3:.0f} kB/s to the terminal.', '',
              '## The page of `identify --plot`', '',
-             'On a desktop of 1400 pixels, up to 14b3cb0 and now, and on a telephone of 390.', '',
-             *(f'![{name}](../figures/identify_page_{name}.png)'
-               for name in ('before', 'now', 'telephone'))]
+             'On a desktop of 1400 pixels, up to 14b3cb0 and now; on a telephone of 390, up to '
+             '6da4e93 and now.', '',
+             *(f'![{name}](../figures/{name}.png)' for name in (
+                 'identify_page_before', 'identify_page_now', 'identify_telephone_before',
+                 'identify_page_telephone')), '', *by_hand()]
     write('see', 'Pages and screens', lines, SEED)
 
 

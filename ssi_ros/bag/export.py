@@ -28,10 +28,7 @@ def export_recording(recording, path):
     """
     path = Path(path)
     names = recording.names
-    if path.suffix not in ('.npz', '.csv', *UNIVERSAL):
-        raise ValueError(f'{path}: give a name that ends in .npz, .csv, .uff or .unv')
-    if path.exists():
-        raise ValueError(f'{path} exists and is never overwritten; name another file')
+    check_export(path)
     if len(set(names)) != len(names):
         raise ValueError(f'two channels are named alike: {", ".join(names)}')
     if path.suffix == '.npz':
@@ -58,6 +55,25 @@ def export_recording(recording, path):
         writer = csv.writer(f)
         writer.writerow(('stamp_ns', *names))
         writer.writerows(zip(rows.tolist(), *columns))
+
+
+def check_export(path):
+    """
+    Check that channels can be written to a file of that name, before they are read.
+
+    Raises
+    ------
+    ValueError
+        If the file exists, its suffix is not known, or it needs pyuff, which is not there.
+
+    """
+    path = Path(path)
+    if path.suffix not in ('.npz', '.csv', *UNIVERSAL):
+        raise ValueError(f'{path}: give a name that ends in .npz, .csv, .uff or .unv')
+    if path.exists():
+        raise ValueError(f'{path} exists and is never overwritten; name another file')
+    if path.suffix in UNIVERSAL:
+        pyuff_module()
 
 
 def pyuff_module():

@@ -2,7 +2,7 @@
 import numpy as np
 
 from ssi_ros.limits import LIMITS
-from ssi_ros.quantity import shown
+from ssi_ros.quantity import shown, things
 
 from .intervals import Intervals
 from .play import stamp_shifter
@@ -72,7 +72,7 @@ def as_text(summary):
     """Return the summary as lines for the terminal."""
     mib = summary['size_bytes'] / 2 ** 20
     lines = [f'{summary["path"]}: {summary["messages"]} messages in {summary["duration_s"]:.2f} s,'
-             f' {mib:.2f} MiB in {len(summary["files"])} file(s), compression '
+             f' {mib:.2f} MiB in {things(len(summary["files"]), "file")}, compression '
              + (', '.join(summary['compression']) or 'none')]
     lines += [shown(f'  {k}: {v}') for k, v in summary['custom_data'].items()]
     names = {t['name']: shown(t['name']) for t in summary['topics']}

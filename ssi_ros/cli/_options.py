@@ -71,6 +71,44 @@ def say_taken(path):
               + '; the packaged values are taken'])
 
 
+def typed(args, add_arguments, leave_out=()):
+    """
+    Return the words of a command line: every argument that is not at its default.
+
+    Parameters
+    ----------
+    args : argparse.Namespace
+        What the command line gave.
+    add_arguments : callable
+        Of the verb, which declares its options.
+    leave_out : sequence of str
+        Names of options that are not wanted.
+
+    Returns
+    -------
+    list of str
+
+    """
+    parser = argparse.ArgumentParser(add_help=False)
+    add_arguments(parser)
+    words = []
+    for action in parser._actions:
+        value = getattr(args, action.dest)
+        if value == action.default or action.dest in leave_out:
+            continue
+        if not action.option_strings:
+            words.append(str(value))
+        elif action.nargs == 0:
+            words.append(action.option_strings[-1])
+        else:
+            for one in value if isinstance(value, list) else [value]:
+                one = f'{one:.15g}' if isinstance(one, float) else str(one)
+                # in one word, so that a value may begin with a minus
+                words += ([f'{action.option_strings[-1]}={one}'] if one.startswith('-') else
+                          [action.option_strings[-1], one])
+    return words
+
+
 def between(low, high, kind=float):
     """Return the type of an option that is a finite number within a range."""
     def number(text):
@@ -84,11 +122,6 @@ def between(low, high, kind=float):
         return value
     number.kind = kind
     return number
-
-
-def count(n, noun):
-    """Return a number of things in words: 1 channel, 4 channels."""
-    return f'{n} {noun}' if n == 1 else f'{n} {noun}s'
 
 
 class Progress:

@@ -1,8 +1,18 @@
-"""Tables of modes for the terminal."""
+"""Tables for the terminal."""
 import math
+import shutil
 
 from ssi_ros.identify.shapes import mac
 from ssi_ros.quantity import fixed, with_spread
+
+
+def fitted(text, out):
+    """Return a table whose rows are cut where a terminal ends; as it is for a pipe or a file."""
+    if not out.isatty():
+        return text
+    width = shutil.get_terminal_size().columns
+    return '\n'.join(line if len(line) <= width else line[:width - 1] + '…'
+                     for line in text.split('\n'))
 
 
 def mode_table(window, names):

@@ -24,9 +24,11 @@ def run(args):
     """Check, print; 1 if something is wrong."""
     from dataclasses import asdict
     import json
+    import shutil
     import sys
 
     from ssi_ros.cli._colour import painted
+    from ssi_ros.quantity import things
     from ssi_ros.ros.doctor import machine
     from ssi_ros.ros.doctor_graph import graph
 
@@ -36,11 +38,20 @@ def run(args):
     if args.json:
         print(json.dumps([asdict(f) for f in findings], indent=1))
         return 1 if bad else 0
+    width = shutil.get_terminal_size().columns - 21 if sys.stdout.isatty() else 10 ** 6
     for f in findings:
         level = painted(f'{f.level:5s}', f.level, sys.stdout)
-        print(f'{level} {f.what:14s} {f.text}')
-        if f.fix:
-            print(f'{"":21s}-> {f.fix}')
+        for k, line in enumerate(wrapped(f.text, width)):
+            print(f'{level} {f.what:14s} {line}' if not k else f'{"":21s}{line}')
+        for k, line in enumerate(wrapped(f.fix, width - 3)):
+            print(f'{"":21s}{"   " if k else "-> "}{line}')
     counts = {level: sum(f.level == level for f in findings) for level in ('warn', 'error')}
-    print(f'{len(findings)} checks: {counts["error"]} errors, {counts["warn"]} warnings')
+    print(f'{things(len(findings), "check")}: {things(counts["error"], "error")}, '
+          f'{things(counts["warn"], "warning")}')
     return 1 if bad else 0
+
+
+def wrapped(text, width):
+    """Return a text in lines of at most so many characters; none of an empty one."""
+    import textwrap
+    return textwrap.wrap(text, max(width, 20), break_long_words=False, break_on_hyphens=False)

@@ -17,11 +17,12 @@ def add_arguments(parser):
 def run(args):
     """Read the channels and write the file."""
     from ssi_ros.bag import open_bag, parse_channel, read_channels
-    from ssi_ros.bag.export import export_recording
+    from ssi_ros.bag.export import check_export, export_recording
     from ssi_ros.cli._modes import scaled
     from ssi_ros.cli._options import Progress, warn
     from ssi_ros.quantity import shown
 
+    check_export(args.output)
     channels = [parse_channel(c) for c in args.channel] if args.channel else None
     with Progress('reading') as progress:
         bag = open_bag(args.bag)

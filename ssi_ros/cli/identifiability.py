@@ -16,7 +16,6 @@ it. It takes minutes for a model with a hundred uncertain numbers.
 """
 from pathlib import Path
 
-from ssi_ros.quantity import fixed
 from ssi_ros.whole_file import write_whole
 
 HELP = 'which effects a record of a given length would show and distinguish'
@@ -43,8 +42,10 @@ def add_arguments(parser):
 def run(args):
     """Print the table."""
     import json
+    import sys
 
     from ssi_ros.cli._options import Progress
+    from ssi_ros.cli._table import fitted
     from ssi_ros.effects import load_configuration
     from ssi_ros.gap.settings import load_settings
     from ssi_ros.planning.identifiability import classes, identifiability
@@ -58,7 +59,7 @@ def run(args):
     if inputs:
         print(f'recorded: {", ".join(inputs)}')
     groups, rows = classes(found, settings.tie_cosine), rows_of(found)
-    print(_table(rows, settings.tie_cosine, bool(inputs)))
+    print(fitted(_table(rows, settings.tie_cosine, bool(inputs)), sys.stdout))
     print('\nnot distinguished up to about 8 standard deviations:')
     for group, ways in groups:
         print(f'  {", ".join(group)}; what would distinguish them: {"; ".join(ways)}')
@@ -99,11 +100,12 @@ def planned(model, given):
 
 def _table(rows, limit, inputs):
     """Return the rows as text in columns; (tied) where effects are one class."""
-    heads = ['effect', 'at', "d'", *(['without', 'times'] if inputs else []), 'if exact',
-             "size at d' = 4", 'probed', 'most alike (cosine)']
-    lines = [[r.name, r.where, fixed(r.detection, 1),
-              *([fixed(r.without, 1), _times(r)] if inputs else []),
-              fixed(r.exact, 1), r.seen, r.probed,
+    from ssi_ros.report.parts import deviations
+    heads = ['effect', "d'", *(['without', 'times'] if inputs else []), 'if exact',
+             "size at d' = 4", 'at', 'probed', 'most alike (cosine)']
+    lines = [[r.name, deviations(r.detection),
+              *([deviations(r.without), _times(r)] if inputs else []),
+              deviations(r.exact), r.seen, r.where, r.probed,
               ', '.join(f'{n} {c:.2f}' + ' (tied)' * (c > limit) for n, c in r.alike)]
              for r in rows]
     widths = [max(len(line[k]) for line in (heads, *lines)) for k in range(len(heads))]

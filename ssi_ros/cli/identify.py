@@ -120,16 +120,14 @@ def _draw(args, windows, names, recording, rate_hz):
     """Write the pictures and the page; return their paths."""
     import shlex
 
+    from ssi_ros.cli._options import typed
     from ssi_ros.identify.plot_tracks import thinned
     from ssi_ros.identify.plots import spectrum_of, write_plots
     from ssi_ros.report.identification_page import identification_page
     spectrum = spectrum_of(windows[-1], recording.stamps_ns[:len(names)],
                            recording.values[:len(names)], rate_hz)
     paths = write_plots(windows, args.plot, names, spectrum)
-    command = ' '.join(['ssi_ros identify', shlex.quote(str(args.bag)), *(
-        f'{option} {value:g}' for option, value in (
-            ('--window-s', args.window_s), ('--hop-s', args.hop_s))),
-        *(f'--channel {shlex.quote(c)}' for c in args.channel or ())])
+    command = 'ssi_ros identify ' + shlex.join(typed(args, add_arguments, ('plot', 'picks')))
     paths.append(args.plot / 'index.html')
     write_whole(paths[-1], identification_page(
         args.bag.name, thinned(windows), names, spectrum, total=len(windows), command=command))
@@ -183,8 +181,8 @@ def _begun(recording, start_s, first_ns):
 
 
 def _summary(windows, grid, names, method, first_ns):
-    from ssi_ros.cli._options import count as things
     from ssi_ros.cli._table import mode_table
+    from ssi_ros.quantity import things
     lines = []
     for name, count in zip(names, grid.counts):
         faults = {k: getattr(count, k) for k in

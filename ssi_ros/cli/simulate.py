@@ -51,7 +51,8 @@ def run(args):
     from ssi_ros.bag.samples import input_channel
     from ssi_ros.cli._inputs import simulated_inputs
     from ssi_ros.cli._memory import check_memory
-    from ssi_ros.cli._options import count, Progress, say_taken
+    from ssi_ros.cli._options import Progress, say_taken
+    from ssi_ros.quantity import things
     from ssi_ros.cli._outputs import check_room, make_room
     from ssi_ros.cli.model import chosen
     from ssi_ros.effects import inject, load_configuration, parse_effect, simulate_setup
@@ -92,7 +93,7 @@ def run(args):
     with Progress('writing') as progress:
         write_samples(args.bag, samples, inputs=inputs, extra=made, progress=progress)
     took = time.perf_counter() - begin
-    channels = count(len(samples.channels), 'channel')
+    channels = things(len(samples.channels), 'channel')
     print(f'{args.bag}: {len(samples.values)} samples of {channels} at {samples.rate_hz:g} Hz, '
           f'{samples.duration_s:g} s in {took:.2f} s '
           f'({samples.duration_s / took:.0f} times real time)')

@@ -11,7 +11,7 @@ RANK = {'error': 0, 'stale': 1, 'warn': 2, 'ok': 3}
 TREND = 16              # windows of a sparkline
 # Spreads that a mode must have moved for an arrow. On 40 simulated records without drift (20
 # modes, 900 s, windows of 120 s) 0.9 % of 1000 screens had one; two spreads gave 83 %, for the
-# estimated spreads scatter, and twenty modes have twenty chances.
+# estimated spreads scatter, and twenty modes have twenty chances: validation.monitor_arrows.
 SURE = 5.0
 
 

@@ -1,6 +1,7 @@
 """A calibration as one HTML page: what moved, and the spectra before and after."""
 from dataclasses import replace
 
+from ssi_ros.quantity import fixed
 from ssi_ros.report.gap_pictures import before_after_tables
 from ssi_ros.report.gap_view import gap_view
 from ssi_ros.report.page import page
@@ -48,12 +49,16 @@ def calibration_page(found, model, recordings, settings, present, bags):
         f'The {min(MOST, len(moved))} of {len(moved)} numbers that moved most. Relative errors, '
         'logarithms of damping ratios, metres of places.')
     checks = tuple(
-        f'Gap {c.before:.4f} nats a band before, {c.after:.4f} after, {c.deviations:.1f} standard '
+        f'Gap {fixed(c.before, 4)} nats a band before, {fixed(c.after, 4)} after, '
+        f'{fixed(c.deviations, 1)} standard '
         'deviations above its floor.' for c in found.checks)
     lost = tuple(f'{m.text[0].upper()}{m.text[1:]}.' for m in found.missing) + found.notes
     rest = tuple(f'Not explained: {w}.' for c in found.checks for w in c.detected)
-    summary = ('The calibrated model explains the healthy recordings.' if found.explains else
-               'The calibrated model does not explain all of the healthy recordings.')
+    most = moved[0] if moved else None
+    summary = ('The calibrated model explains the healthy recordings' if found.explains else
+               'The calibrated model does not explain all of the healthy recordings') + (
+        f'; what moved most is {most.name}, by {fixed(most.value / most.declared, 1, "+")} of the '
+        'standard deviations that the model declares.' if most else '.')
     return page(f'Calibration on {bags[0]}', summary, (
         Section('Does the calibrated model explain the recordings?', lost + checks + rest,
                 before_after_tables(view),

@@ -1,7 +1,8 @@
 """A diagnosis as sections, in the order of an engineer's questions."""
 from ssi_ros.gap.diagnosis import p_value_text, probability_text
+from ssi_ros.quantity import fixed, with_spread
 from ssi_ros.report.gap_pictures import (
-    before_after_tables, candidate_name, candidate_pictures, maps, where_pictures)
+    before_after_tables, candidate_name, candidate_pictures, EVEN, maps, where_pictures)
 from ssi_ros.report.parts import measured, number, percent, Section, Table
 from ssi_ros.report.record_pictures import spectra
 from ssi_ros.report.wording import compact, headline, interval, listed, quantities, removed
@@ -17,11 +18,27 @@ OPEN = ('unknown', 'none')
 MEANING = {'unknown': 'something that is not in the library',
            'none': 'no effect at all: the gap is chance'}
 SHOWN = 0.005           # probability from which a candidate is named beside the first
+MOST = 12               # numbers of an effect that have a row each
 
 
 def summary(found):
     """Return the answer in one sentence; `found` is the JSON of a Diagnosis."""
-    return f'{found["outcome"]}. {OUTCOMES.get(found["outcome"], "")}: {headline(found)}.'
+    words = OUTCOMES.get(found['outcome'], '')
+    # the size of what explains a gap says that there is one
+    plain = '' if found['outcome'] == 'EXPLAINED' else f'. {words}'
+    return f'{found["outcome"]}{plain}: {headline(found)}{_at_most(found)}.'
+
+
+def _at_most(found):
+    """Return where an unexplained gap lies, and how large it is; '' for other outcomes."""
+    gap, where = found['gap'], found['where']
+    if found['outcome'] != 'UNEXPLAINED' or not gap.get('floor_std'):
+        return ''
+    above = number((gap['before'] - gap['floor']) / gap['floor_std'])
+    parts = [n for row in _leading(where).rows if row[0] in ('sensors', 'bands')
+             for n in row[1:2] if n]
+    return (f'. The gap is {above} standard deviations above its floor'
+            + (f', the largest shares at {" and at ".join(parts)}' if parts else ''))
 
 
 def diagnosis_sections(found, view=None, *, bag='BAG', nominal='--model MODEL.yaml'):
@@ -67,8 +84,8 @@ def _is_there(found):
         return Section('Is there a gap?', tuple(lines))
     above = (gap['before'] - gap['floor']) / gap['floor_std'] if gap.get('floor_std') else None
     table = Table(('gap [nats a band]', 'floor of a right model', 'above the floor', 'p-value'),
-                  ((number(gap['before'], 4),
-                    f'{number(gap["floor"], 4)} ± {number(gap["floor_std"], 2)}',
+                  ((fixed(gap['before'], 4),
+                    with_spread(gap['floor'], gap['floor_std'] or 0.0, 4, '±'),
                     f'{number(above)} standard deviations', _p_value(gap.get('p_value'))),))
     return Section('Is there a gap?', tuple(lines), (table,))
 
@@ -100,8 +117,12 @@ def _leading(where):
              'modes': lambda e: f'{e["frequency_hz"]:.3f} Hz {e["name"]}',
              'times': lambda e: f'{e["start_s"]:.0f} to {e["end_s"]:.0f} s'}
     rows = [('site', *_best([(v, k) for k, v in where['site'].items()]))]
-    rows += [(kind, *_best([(e['share'], name(e)) for e in where[kind]]))
-             for kind, name in names.items()]
+    for kind, name in names.items():
+        shares = [e['share'] for e in where[kind]]
+        if kind == 'times' and shares and max(shares) < EVEN / len(shares):
+            rows.append((kind, 'evenly over the record', '', ''))
+        else:
+            rows.append((kind, *_best(list(zip(shares, map(name, where[kind]))))))
     return Table(('by', 'most', 'second', 'third'), tuple(r for r in rows if r[1]))
 
 
@@ -140,13 +161,30 @@ def _how_sure(found, candidates):
     verdict, best = found['verdict'], candidates[0] if candidates else None
     lines = [f'The probability of {listed(verdict["class"]) or "none of these effects"} is '
              f'{_probability(verdict)}.']
-    rows = [(k, measured(v['value'], v['unit'], 6), number(v['std'], 2),
-             f'{number(v["low90"], 6)} to {number(v["high90"], 6)}'
-             if v['low90'] is not None else '-')
-            for name in (best['effects'] if best else ())
-            for k, v in quantities(best, name)[1]]
-    table = Table(('parameter', 'value', '± 1 standard deviation', '90 % interval'), tuple(rows))
-    return Section('How sure is that?', tuple(lines), (table,) if rows else ())
+    numbers = [n for name in (best['effects'] if best else ()) for n in quantities(best, name)[1]]
+    if len(numbers) > MOST:
+        tables = (_by_mode(numbers),)
+    else:
+        rows = [(k, measured(v['value'], v['unit'], 6), number(v['std'], 2),
+                 f'{number(v["low90"], 6)} to {number(v["high90"], 6)}'
+                 if v['low90'] is not None else '-') for k, v in numbers]
+        tables = (Table(('parameter', 'value', '± 1 standard deviation', '90 % interval'),
+                        tuple(rows)),) if rows else ()
+    return Section('How sure is that?', tuple(lines), tables)
+
+
+def _by_mode(numbers):
+    """Return numbers of many modes as a table with a row a mode and a column a quantity."""
+    cells = {}
+    for name, value in numbers:
+        stem, _, at = name.partition(' at ')
+        std = value['std'] if value['std'] is not None else 0.0
+        cells.setdefault(at or 'all', {})[stem] = with_spread(value['value'], std, 5, '±')
+    stems = list(dict.fromkeys(stem for row in cells.values() for stem in row))
+    return Table(('mode', *stems), tuple(
+        (at, *(row.get(stem, '-') for stem in stems)) for at, row in sorted(
+            cells.items(), key=lambda item: float(item[0].split()[0]) if item[0] != 'all' else 0)),
+        'Numbers of the most probable effect of the library, ± one standard deviation')
 
 
 def _what_else(found, candidates):

@@ -2,8 +2,9 @@
 import numpy as np
 
 from ssi_ros.gap.diagnosis import probability_text
+from ssi_ros.quantity import fixed, with_spread
 from ssi_ros.report.curves import banded
-from ssi_ros.report.parts import number, percent, Picture, Table
+from ssi_ros.report.parts import percent, Picture, Table
 from ssi_ros.report.style import bars, heat
 
 BANDS = 60              # of a map over frequency
@@ -134,30 +135,38 @@ def candidate_pictures(candidates):
 
 def before_after_tables(view):
     """Return frequency, damping, shape and rms of record and models, in user units."""
-    rows = []
+    rows, recorded = [], view.nominal == 'reference'
     for i, m in enumerate(view.window.modes):
         before = view.pairs_before[i]
         if before is None:
             continue
-        row = [f'{m.frequency_hz:.4f}', number(m.frequency_std_hz, 2), *_against(m, before)]
+        row = [with_spread(m.frequency_hz, m.frequency_std_hz, 4, '±'),
+               *_against(m, before, recorded)]
         if view.pairs_after is not None:
             after = view.pairs_after[i]
-            row += ['-'] * 3 if after is None else _against(m, after)
+            row += ['-'] * 3 if after is None else _against(m, after)[1:]
         rows.append(tuple(row))
-    heads = ['identified [Hz]', '± [Hz]', f'{view.nominal} off [%]', 'damping off [%]', 'MAC']
+    heads = ['now [Hz]' if recorded else 'identified [Hz]', f'{view.nominal} [Hz]',
+             *(('change [%]', 'change of damping [%]') if recorded else
+               ('error [%]', 'error of damping [%]')), 'MAC']
     levels = ['channel', 'recorded', view.nominal]
     if view.after is not None:
-        heads += [f'{view.better} off [%]', 'damping off [%]', 'MAC']
+        heads += [f'error of the {view.better} [%]', 'of damping [%]', 'MAC']
         levels.append(view.better)
     power = [(name, *(f'{1e3 * r[i]:#.4g}' for r in view.rms))
              for i, name in enumerate(view.channels)]
     return (Table(tuple(heads), tuple(rows),
-                  f'Off: the {view.nominal} less what was identified, over what was identified. '
-                  'MAC: modal assurance criterion of the two shapes, 1 = the same'),
+                  ('Change: this record less the reference, over the reference. ' if recorded
+                   else 'Error: the model less what was identified, over what was identified. ')
+                  + 'MAC: modal assurance criterion of the two shapes, 1 = the same'),
             Table(tuple(levels), tuple(power),
                   'Rms of each channel in the band used [mm/s²], levels fitted'))
 
 
-def _against(mode, pair):
-    return [f'{100 * (pair.frequency_hz / mode.frequency_hz - 1):+.3f}',
-            f'{100 * (pair.damping_ratio / mode.damping_ratio - 1):+.0f}', f'{pair.mac:.3f}']
+def _against(mode, pair, recorded=False):
+    """Return frequency, errors of a model or changes since a reference, and MAC, as texts."""
+    sign = -1 if recorded else 1            # a change is counted from what was before
+    return [f'{pair.frequency_hz:.4f}',
+            fixed(100 * ((pair.frequency_hz / mode.frequency_hz) ** sign - 1), 3, '+'),
+            fixed(100 * ((pair.damping_ratio / mode.damping_ratio) ** sign - 1), 0, '+'),
+            f'{pair.mac:.3f}']

@@ -1,9 +1,8 @@
 """What a record would show as one HTML page: sizes, classes, and the matrix of cosines."""
 import numpy as np
 
-from ssi_ros.quantity import fixed
 from ssi_ros.report.page import page
-from ssi_ros.report.parts import Picture, Section, Table
+from ssi_ros.report.parts import deviations, Picture, Section, Table
 from ssi_ros.report.style import heat
 
 WRITTEN = 0.1           # cosines that are written into their fields
@@ -33,14 +32,15 @@ def identifiability_page(rows, groups, likeness, duration_s, model='', inputs=()
     str
 
     """
-    heads = ['effect', 'at', "d'", *(['without input'] if inputs else []), 'if exact', 'probed',
-             "size at d' = 4"]
+    # what a narrow screen shows stands first
+    heads = ['effect', "d'", *(['without input'] if inputs else []), 'if exact',
+             "size at d' = 4", 'probed', 'at']
     table = Table(tuple(heads), tuple(
-        (r.name, r.where, fixed(r.detection, 1), *([fixed(r.without, 1)] if inputs else []),
-         fixed(r.exact, 1), r.probed, r.seen)
+        (r.name, deviations(r.detection), *([deviations(r.without)] if inputs else []),
+         deviations(r.exact), r.seen, r.probed, r.where)
         for r in rows),
-        "d': standard deviations of the score in such a record; if exact: if all numbers of the "
-        'model were. Equal places share a row')
+        "d': standard deviations of the score in such a record; if exact: d' if all numbers of "
+        'the model were exact. Places with the same numbers share a row')
     names, matrix = likeness
     picture = heat(np.round(matrix, 3), list(names), list(names), 'Cosines of the scores',
                    limit=1.0, height=220 + 26 * len(names), texts=[

@@ -33,14 +33,14 @@ def mode_table(window, pairs=None, channels=()):
     """Return the modes of a window as a table, beside the model's where pairs are given."""
     motions = [motion_of(m.shape, channels) for m in window.modes]
     named = ['motion'] if any(motions) else []
-    heads = ['mode', *named, 'label', 'frequency [Hz]', 'damping [%]']
-    heads += ['model [Hz]', 'model off [%]', 'model damping [%]',
-              'MAC'] if pairs is not None else []
+    # what a narrow screen shows stands first
+    heads = ['mode', 'frequency [Hz]', 'damping [%]', *named, 'label']
+    heads += ['model [Hz]', 'error [%]', 'model damping [%]', 'MAC'] if pairs is not None else []
     rows, numbers = [], numbered(window)
     for i, m in sorted(enumerate(window.modes), key=lambda item: item[1].frequency_hz):
-        row = [numbers[m.identity], *([motions[i]] if named else []), m.label,
-               with_spread(m.frequency_hz, m.frequency_std_hz, 4, '±'),
-               with_spread(100 * m.damping_ratio, 100 * m.damping_ratio_std, 2, '±')]
+        row = [numbers[m.identity], with_spread(m.frequency_hz, m.frequency_std_hz, 4, '±'),
+               with_spread(100 * m.damping_ratio, 100 * m.damping_ratio_std, 2, '±'),
+               *([motions[i]] if named else []), m.label]
         if pairs is not None:
             p = pairs[i]
             row += ['-'] * 4 if p is None else [
@@ -48,11 +48,11 @@ def mode_table(window, pairs=None, channels=()):
                 fixed(100 * (p.frequency_hz / m.frequency_hz - 1), 3, '+'),
                 f'{100 * p.damping_ratio:.2f}', f'{p.mac:.3f}']
         rows.append((*row, m.identity))
-    words = ('Modes of the last window by frequency, ± one standard deviation. Id: in messages '
-             'and files')
+    words = ('Modes of the last window by frequency, ± one standard deviation. Id: what messages, '
+             'files and the terminal call the mode')
     if pairs is not None:
-        words += ('. Off: the nearest mode of the model of like shape less what was '
-                  'identified, over what was identified; - if there is none. '
+        words += ('. Error: frequency of the model, less that identified, over that identified; '
+                  '- where the model has no mode of like frequency and shape. '
                   'MAC: modal assurance criterion of the two shapes, 1 = the same')
     return Table((*heads, 'id'), tuple(rows), words)
 

@@ -10,10 +10,12 @@ import gzip
 import html
 from importlib.resources import files
 import json
+import re
 
 from ssi_ros import __version__
 
 WORDS, _LONG = 40, ' class="long"'       # letters of a cell from which on it may be broken
+_MINUS = re.compile(r'(?<= )-(?=[a-zA-Z])')    # before the name of a channel
 
 
 def page(title, summary, sections):
@@ -49,7 +51,7 @@ def page(title, summary, sections):
             f'<style>{own.joinpath("page.css").read_text()}</style></head><body>')
     parts = [head, f'<h1>{html.escape(title)}</h1>']
     if summary:
-        parts.append(f'<div class="verdict">{html.escape(summary)}</div>')
+        parts.append(f'<div class="verdict">{_text(summary)}</div>')
     parts.append('<p id="trouble"><noscript>Text and tables are complete; the pictures need '
                  'JavaScript.</noscript></p><nav>' + ' '.join(
                      f'<a href="#s{i}">{html.escape(s.title)}</a>'
@@ -65,7 +67,7 @@ def page(title, summary, sections):
 
 def _section(i, section):
     parts = [f'<section id="s{i}"><h2>{html.escape(section.title)}</h2>']
-    parts += [f'<p>{html.escape(line)}</p>' for line in section.lines]
+    parts += [f'<p>{_text(line)}</p>' for line in section.lines]
     parts += [_table(t) for t in section.tables]
     if section.commands:
         parts.append(f'<pre>{html.escape(chr(10).join(section.commands))}</pre>')
@@ -74,18 +76,24 @@ def _section(i, section):
         height, wide = p.figure.layout.height, '' if p.half else ' class="wide"'
         size = f'height:{height}px' + (f';min-width:{p.least_px}px' if p.least_px else '')
         parts.append(f'<figure{wide}><div class="scroll"><div class="picture" id="{p.name}" '
-                     f'style="{size}"></div></div><figcaption>{html.escape(p.caption)}'
+                     f'style="{size}"></div></div><figcaption>{_text(p.caption)}'
                      '</figcaption></figure>')
     return '\n'.join(parts) + '</div></section>'
+
+
+def _text(words):
+    """Return words for a page: signs as they are typeset, and a minus that no line ends on."""
+    return _MINUS.sub('\u2011', html.escape(str(words)).replace(' +- ', ' ± '))
 
 
 def _table(table):
     def row(tag, cells):
         return '<tr>' + ''.join(
-            f'<{tag}{_LONG if len(str(c)) > WORDS else ""}>{html.escape(str(c))}</{tag}>'
+            f'<{tag}{_LONG if len(str(c)) > WORDS else ""}>{_text(c)}</{tag}>'
             for c in cells) + '</tr>'
-    caption = f'<caption>{html.escape(table.caption)}</caption>' if table.caption else ''
-    return ('<div class="scroll"><table>' + caption + row('th', table.heads)
+    # beside the table, not in it: on a telephone the table is scrolled, and its caption wraps
+    caption = f'<p class="caption">{_text(table.caption)}</p>' if table.caption else ''
+    return (caption + '<div class="scroll"><table>' + row('th', table.heads)
             + ''.join(row('td', r) for r in table.rows) + '</table></div>')
 
 

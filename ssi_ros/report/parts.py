@@ -2,6 +2,8 @@
 from dataclasses import dataclass
 import math
 
+from ssi_ros.quantity import fixed
+
 
 @dataclass(frozen=True)
 class Table:
@@ -72,6 +74,11 @@ def percent(share, digits=0):
     if abs(share) < least:
         return f'{0:.{digits}f} %'           # not -0
     return f'{100 * share:.{digits}f} %'
+
+
+def deviations(value):
+    """Return standard deviations as text: a decimal below a hundred, '-' where there are none."""
+    return fixed(value, 1 if abs(value) < 100.0 else 0)
 
 
 def measured(value, unit, digits=5):

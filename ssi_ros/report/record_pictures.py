@@ -111,5 +111,5 @@ def spectra(channels, frame, record, model=None, corrected=None, name='spectra',
         text += ('; dashed: what the model expects of the same taper, its levels of excitation '
                  'and noise fitted')
     if corrected is not None:
-        text += '; dotted: the model with the effect in it'
+        text += f'; dotted: the {better}'
     return Picture(name, made, text + '.', least_px=300 * columns)

@@ -17,6 +17,8 @@ def grid(rows, columns, height, titles=(), **options):
     from plotly.subplots import make_subplots
     made = make_subplots(rows, columns, subplot_titles=titles or None, **options)
     made.update_layout(_layout(height))
+    if titles:              # below the buttons of Plotly
+        made.update_layout(height=height + 24, margin={'t': 64})
     made.update_annotations(font_size=12)
     return made
 

@@ -10,6 +10,7 @@ from rclpy.qos import qos_check_compatible, QoSCompatibility
 from rclpy.signals import SignalHandlerOptions
 from ssi_ros.bag.cdr import field_reader
 from ssi_ros.bag.definitions import definition_of
+from ssi_ros.quantity import things
 from ssi_ros.ros.channels import message_class
 from ssi_ros.ros.doctor import Finding
 from ssi_ros.ros.recorder_node import adapted_qos
@@ -53,8 +54,10 @@ def graph(seconds):
                   if node.get_publishers_info_by_topic(t)
                   or node.get_subscriptions_info_by_topic(t)}
         heard = _listen(node, executor, topics, seconds)
+        simulated = bool(node.get_publishers_info_by_topic('/clock'))
         return [_nodes(node), *_quality(node, topics), *_clocks(node, executor),
-                *(_samples(topic, len(node.get_publishers_info_by_topic(topic)), batch, seconds)
+                *(_samples(topic, len(node.get_publishers_info_by_topic(topic)), batch, seconds,
+                           simulated)
                   for topic, batch in sorted(heard.items())),
                 *([] if heard else [Finding('warn', 'samples', 'no accelerometer is published',
                                             'start a sensor, `ros2 run ssi_ros simulator_node`, '
@@ -96,7 +99,7 @@ def _nodes(node):
         return Finding('error', 'names', 'more than one node is named ' + ', '.join(twice)
                        + ': their topics and services mix',
                        'end one, or start it with --ros-args -r __node:=OTHER')
-    return Finding('ok', 'names', f'{len(names)} nodes, each name once' if names else
+    return Finding('ok', 'names', f'{things(len(names), "node")}, each name once' if names else
                    'no node runs')
 
 
@@ -116,7 +119,8 @@ def _quality(node, topics):
                         'error', 'QoS', f'{topic}: {p.node_name} and {s.node_name} never connect '
                         f'({reason.removeprefix("ERROR: ").rstrip(";")})',
                         f'set reliable to false at {s.node_name}, or publish reliable'))
-    return found or [Finding('ok', 'QoS', f'{pairs} pairs of publisher and subscription fit')]
+    return found or [Finding('ok', 'QoS', f'{things(pairs, "pair")} of publisher and '
+                             'subscription, none in conflict')]
 
 
 def _clocks(node, executor):
@@ -169,14 +173,23 @@ def _listen(node, executor, topics, seconds):
     return out
 
 
-def _samples(topic, publishers, batch, seconds):
-    """Say what a topic brings: rate, missing samples, stamps."""
+def _span(seconds):
+    """Return a time in the unit in which it is read: 3600 s, 12 days, 25.2 years."""
+    for unit, length in (('years', 365.25 * 86400.0), ('days', 86400.0)):
+        if seconds > 3.0 * length:
+            return f'{seconds / length:.3g} {unit}'
+    return f'{seconds:.5g} s'
+
+
+def _samples(topic, publishers, batch, seconds, simulated=False):
+    """Say what a topic brings: rate, missing samples, stamps, those of /clock if simulated."""
     stamps, received = batch
     if publishers > 1:
         return Finding('error', 'samples', f'{topic}: {publishers} publishers, their samples mix',
                        f'end one, or remap it: --ros-args -r {topic}:=OTHER')
     if len(stamps) < 3:
-        return Finding('error', 'samples', f'{topic}: {len(stamps)} samples in {seconds:g} s',
+        return Finding('error', 'samples', f'{topic}: {things(len(stamps), "sample")} in '
+                       f'{seconds:g} s',
                        'is the sensor active (`ros2 lifecycle get NODE`)?')
     if not stamps.any():
         return Finding('warn', 'samples', f'{topic}: {len(stamps) / seconds:.1f} Hz, no header '
@@ -193,9 +206,11 @@ def _samples(topic, publishers, batch, seconds):
         return Finding('warn', 'samples', text + f', {missing} of {len(stamps) + missing} missing',
                        'publish and subscribe reliable, or enlarge the UDP buffer; is the '
                        'machine busy?')
+    if simulated:
+        return Finding('ok', 'samples', text + ', in simulated time')
     offset_s = np.median(received - stamps) * 1e-9
     if abs(offset_s) > OFFSET_S:
-        return Finding('warn', 'samples', text + f', stamped {abs(offset_s):.5g} s '
+        return Finding('warn', 'samples', text + f', stamped {_span(abs(offset_s))} '
                        + ('ago' if offset_s > 0.0 else 'ahead of now') + ' by this machine',
                        'a replay or a simulation: use_sim_time; else synchronise the clocks '
                        '(chrony)')

@@ -1,6 +1,8 @@
 """The verbs info, recover, export and import, as a user types them."""
 import json
 
+import sys
+
 import numpy as np
 import pytest
 from scipy.io import savemat
@@ -67,6 +69,16 @@ def test_export_and_import_are_inverse(bag, tmp_path, capsys, suffix):
         assert np.array_equal(one.stamps_ns[i], two.stamps_ns[i])
     assert ssi('export', bag, '--output', file) == 2
     assert 'never overwritten' in capsys.readouterr().err
+
+
+@pytest.mark.parametrize('name, words', [
+    ('out.xyz', 'ends in .npz'), ('there.csv', 'never overwritten'), ('out.uff', 'pip install')])
+def test_export_looks_at_its_output_first(tmp_path, capsys, monkeypatch, name, words):
+    """A file that cannot be written is said before a bag is opened: there is none here."""
+    monkeypatch.setitem(sys.modules, 'pyuff', None)         # as where it is not installed
+    (tmp_path / 'there.csv').touch()
+    assert ssi('export', tmp_path / 'no_bag', '--output', tmp_path / name) == 2
+    assert words in capsys.readouterr().err
 
 
 def test_export_of_one_field(bag, tmp_path):

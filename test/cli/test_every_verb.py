@@ -10,8 +10,8 @@ import termios
 import time
 
 import pytest
-from ssi_ros.cli._options import count
 from ssi_ros.cli.main import main, parser, verbs
+from ssi_ros.quantity import things
 
 SIMULATE = ('--duration-s', '20', '--seed', '3')
 
@@ -94,7 +94,7 @@ def test_the_shell_completes():
 
 def test_one_is_singular():
     """One channel, four channels."""
-    assert count(1, 'channel') == '1 channel' and count(4, 'channel') == '4 channels'
+    assert things(1, 'channel') == '1 channel' and things(4, 'channel') == '4 channels'
 
 
 def test_values_of_options_are_named_by_their_units():

@@ -1,8 +1,11 @@
 """The verb that says what a record could tell."""
 import json
+from types import SimpleNamespace
 
 import numpy as np
+from ssi_ros.cli._table import fitted
 from ssi_ros.cli.main import main
+from ssi_ros.report.parts import deviations
 
 
 def test_table_and_page(tmp_path, capsys):
@@ -24,6 +27,17 @@ def test_table_and_page(tmp_path, capsys):
     assert tied > 0.9
     page = files['html'].read_text()
     assert 'id="cosines"' in page and all(n in page for n in names)
+
+
+def test_a_terminal_cuts_rows_and_a_pipe_does_not(monkeypatch):
+    """Rows do not wrap on a terminal of 80 columns; d' has no more digits than mean something."""
+    monkeypatch.setenv('COLUMNS', '80')
+    text = '\n'.join(['x' * 200, 'y' * 80])
+    assert fitted(text, SimpleNamespace(isatty=lambda: False)) == text
+    lines = fitted(text, SimpleNamespace(isatty=lambda: True)).split('\n')
+    assert [len(line) for line in lines] == [80, 80] and lines[0].endswith('x…')
+    assert [deviations(v) for v in (63688.2, 147.0, 7.84, float('nan'))] == [
+        '63688', '147', '7.8', '-']
 
 
 def test_too_short(capsys):

@@ -18,6 +18,9 @@ from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.records import Samples
 from ssi_ros.report.bag_page import bag_page, Judged, windows_of
 from ssi_ros.report.diagnosis_page import diagnosis_markdown, diagnosis_page, view_of
+from ssi_ros.report.diagnosis_sections import _how_sure, _leading, summary
+from ssi_ros.report.page import page as made_page
+from ssi_ros.report.parts import Section, Table
 
 QUESTIONS = ('Is there a gap?', 'Where is it?', 'Which effect is it?', 'How sure is that?',
              'What else could it be?', 'How far does it shrink?', 'What to do next?')
@@ -96,7 +99,7 @@ def test_questions_in_order(record):
             'removes none of the gap') in text
     assert 'array E1, scale 1.02' in text and '--apply corrected.yaml' in text
     assert text.splitlines()[2] == (
-        '**EXPLAINED. There is a gap, and it is explained: array_asymmetry: scale of array E1 is '
+        '**EXPLAINED: array_asymmetry: scale of array E1 is '
         '1.0200 +- 0.0002 (probability 0.98); correcting it removes 97 % of the gap.**')
 
 
@@ -200,9 +203,44 @@ def test_every_outcome_has_its_page(outcome):
         assert 'What to do next?' in text
 
 
+def test_captions_signs_and_minus_of_tables():
+    """A caption stands outside what is scrolled; +- is typeset; no line ends behind a minus."""
+    text = made_page('t', 'a is 1 +- 2', [Section('q', (), (Table(
+        ('mode',), (('mode of a, -b',),), 'what it is'),))])
+    assert text.index('what it is') < text.index('<div class="scroll"><table>')
+    assert '<caption' not in text and 'a is 1 ± 2' in text and 'a, \u2011b' in text
+
+
+def test_many_numbers_of_an_effect_are_a_row_a_mode():
+    """Not a row a number: thirty numbers of ten modes are ten rows, by frequency."""
+    numbers = {f'stiffness_scale.{kind}_at_{hz}000_mhz': {
+        'value': hz + k, 'std': 0.01, 'low90': 0.0, 'high90': 1.0, 'unit': '1'}
+        for hz in range(19, 9, -1) for k, kind in enumerate(('scale', 'tie', 'force'))}
+    assert len(numbers) == 30
+    section = _how_sure({'verdict': {'class': (), 'probability': 0.99}}, [
+        {'effects': ('stiffness_scale',), 'parameters': numbers}])
+    table, = section.tables
+    assert table.heads == ('mode', 'scale', 'tie', 'force') and len(table.rows) == 10
+    assert table.rows[0] == ('10 Hz', '10.000 ± 0.010', '11.000 ± 0.010', '12.000 ± 0.010')
+
+
+def test_an_unexplained_gap_has_its_size_and_place_at_the_top():
+    """Without an effect the first sentence says how large the gap is and where most of it is."""
+    found = {'outcome': 'UNEXPLAINED', 'reason': 'r', 'candidates': (), 'gap': {
+        'before': 0.5, 'floor': 0.3, 'floor_std': 0.01, 'p_value': 0.0}, 'where': {
+            'site': {}, 'sensors': ({'name': 'e1_a', 'share': 0.6}, {'name': 'b', 'share': 0.4}),
+            'bands': ({'low_hz': 5.0, 'high_hz': 9.0, 'share': 1.0},), 'modes': (), 'times': [
+                {'start_s': 60.0 * k, 'end_s': 60.0 * k + 60.0, 'share': 0.1} for k in range(10)]}}
+    assert summary(found) == ('UNEXPLAINED. There is a gap that no effect of the library '
+                              'explains: r. The gap is 20 standard deviations above its floor, '
+                              'the largest shares at e1_a: 60 % and at 5 to 9 Hz: 100 %.')
+    # ten times a tenth say nothing
+    assert _leading(found['where']).rows[-1] == ('times', 'evenly over the record', '', '')
+
+
 def test_page_of_a_reference(record):
     """Two records make the same page without a spacecraft; twins differ by chance alone."""
-    from ssi_ros.report.gap_pictures import maps
+    from ssi_ros.report.gap_pictures import before_after_tables, maps
     from ssi_ros.report.gap_view import reference_view
     spacecraft, changed, _, _ = record
     twins = [simulate_setup(inject(spacecraft, (), 300.0), seed) for seed in (1, 2)]
@@ -217,7 +255,15 @@ def test_page_of_a_reference(record):
     assert largest(same) < 3.0 and largest(other) > 2 * largest(same)
     assert np.isclose(same.before.levels['level'], 9.0, rtol=0.1)
     page = diagnosis_page(a_diagnosis(), other, bag='b', nominal='--reference a')
-    assert 'reference off [%]' in page and '--apply' not in page
+    assert '--apply' not in page
+    # a change is counted from the reference: array E1 was made stiffer, so frequencies rose
+    table, _ = before_after_tables(other)
+    assert table.heads[:3] == ('now [Hz]', 'reference [Hz]', 'change [%]')
+    assert sum(float(row[2]) > 0.0 for row in table.rows) > len(table.rows) / 2
+    for row in table.rows:
+        now, before = float(row[0].split()[0]), float(row[1])
+        # the table rounds to two digits of the spread, 1e-4 of the lowest mode
+        assert float(row[2]) == pytest.approx(100 * (now / before - 1), abs=0.03)
     with pytest.raises(ValueError, match='same channels and rate'):
         reference_view(twins[0], Samples(twins[1].values[:, :2], 100.0, ('a', 'b')))
 
@@ -238,7 +284,7 @@ def test_two_bags_make_a_page_with_spectra(tmp_path):
     assert 'times' not in drawn         # a gain is off all the time: even bars say nothing
     names = [t['name'] for t in drawn['gap_spectra']['data']]
     assert names.count('recorded') == names.count('reference') == 4
-    assert 'sensor_gain: scale of channel e1_b is 1.' in page and 'reference off [%]' in page
+    assert 'sensor_gain: scale of channel e1_b is 1.' in page and 'change [%]' in page
 
 
 def test_windows_by_default(record):

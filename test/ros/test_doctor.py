@@ -73,6 +73,8 @@ def test_clocks_are_compared(bench):
     _, findings = doctor()
     assert with_words(findings, 'warn', 'simulator publishes /clock, but')
     assert '/identifier' in with_words(findings, 'warn', 'publishes /clock, but')[0]
+    # stamps of simulated time are no fault of the clocks
+    assert len(with_words(findings, 'ok', 'by its stamps, in simulated time')) == 4, findings
 
 
 def test_samples_that_are_missing_or_badly_stamped(bench):
