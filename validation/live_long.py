@@ -90,8 +90,9 @@ def start(nodes, folder, speed, seed):
 
 def table(rows, speed):
     """Print memory and handles of every node, rows of (minute, node, *look)."""
-    print('\n| node | MB at the first third | MB at the end | most MB | slope, MB an hour of the '
-          'wall | open files, first third and end | threads | CPU of a core |\n' + '|---' * 8 + '|')
+    print('\n| node | MB at the first third | MB at the end | most MB | slope, MB an hour of '
+          'the wall | open files, first third and end | threads | CPU of a core |\n'
+          + '|---' * 8 + '|')
     for node in NODES:
         own = np.array([(r[0], *r[2:]) for r in rows if r[1] == node])
         late = own[own[:, 0] >= own[-1, 0] / 3]
