@@ -20,6 +20,7 @@ def read_samples(path, rate_hz, channels=None, scale=1.0):
     from ssi_ros.cli._mixed import check_publishers
     from ssi_ros.cli._modes import scaled
     from ssi_ros.cli._options import warn
+    from ssi_ros.quantity import shown
     from ssi_ros.report.samples import samples_of
 
     try:
@@ -31,4 +32,5 @@ def read_samples(path, rate_hz, channels=None, scale=1.0):
                              lambda text: warn([text]))
     except ValueError as error:
         raise ValueError(f'{path}: {error}') from error
-    return replace(samples, channels=tuple(n.rsplit('/', 1)[-1] for n in samples.channels))
+    # a name out of a file must not end a line of what is printed of it
+    return replace(samples, channels=tuple(shown(n.rsplit('/', 1)[-1]) for n in samples.channels))
