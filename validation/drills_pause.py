@@ -95,7 +95,7 @@ def gap(folder, speed, reliable):
 def bridge(folder, speed, reliable):
     """Return what a client of the bridge got."""
     from websockets.sync.client import connect
-    nodes = Processes(folder / 'log')
+    nodes, health = Processes(folder / 'log'), Health()
     try:
         nodes.start('bridge', 'bridge', port=0)
         wait(lambda: 'ws://' in words(nodes, 'bridge'))
@@ -124,6 +124,7 @@ def bridge(folder, speed, reliable):
             # no sample goes out before the bridge has subscribed for its client
             wait(lambda: len(got) == len(TOPICS))
             pause(nodes.running['bridge'], nodes)
+            said = health.newest['bridge: websocket'].message.partition('; ')[2]
             end.set()
             thread.join()
         nodes.stop('bridge')
@@ -132,9 +133,11 @@ def bridge(folder, speed, reliable):
         stamps = [np.asarray(reader.read_many(raws)[0]) for raws in got.values()]
         lacks = [round((s[-1] - s[0]) * 1e-7) + 1 - len(s) for s in stamps]
         return (f'{sum(map(len, stamps))} messages, {lacks} lacking between the first and the '
-                f'last of each topic, {round(4 * WALL_S * speed * 100)} were sent')
+                f'last of each topic, {round(4 * WALL_S * speed * 100)} were sent; said: '
+                f'{said or "nothing"}')
     finally:
         nodes.kill()
+        health.close()
 
 
 def main(what):

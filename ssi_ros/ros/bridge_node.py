@@ -14,6 +14,7 @@ from ssi_ros.bag import definition_of
 from ssi_ros.quantity import check, quantity, shown
 from ssi_ros.ros.channels import message_class
 from ssi_ros.ros.front_door import FrontDoor
+from ssi_ros.ros.losses import Losses, with_number
 from ssi_ros.ros.messages import status
 from ssi_ros.ros.node import run, StageNode
 from ssi_ros.ros.recorder_node import adapted_qos
@@ -59,6 +60,7 @@ class BridgeNode(StageNode):
     def __init__(self, **kwargs):
         super().__init__('bridge', **kwargs)
         self._channels, self._heard, self._refused = {}, {}, set()
+        self._losses = {}
         self._server = self._look = self._door = None
         self.sent = self.refused = 0
 
@@ -148,20 +150,26 @@ class BridgeNode(StageNode):
         if not offers:
             return
 
-        def send(raw):
+        losses = self._losses[topic] = Losses()
+
+        def send(raw, number):
+            losses.take(number)
             channel.log(raw, log_time=time.time_ns())
             self.sent += 1
         self._heard[topic] = self.create_subscription(
-            message_class(type_name), topic, send,
+            message_class(type_name), topic, with_number(send),
             adapted_qos([o.qos_profile for o in offers], DEPTH), raw=True)
 
     def health(self):
         """Tell where it listens and what has gone through."""
         text = f'ws://{HOST}:{self._door.port}: {len(self._heard)} of {len(self._channels)} ' \
                'topics are looked at'
-        return [status(f'{self.get_name()}: websocket', 'ok', text, port=self._door.port,
+        lost = {t: self._losses[t].lost for t in self._heard if self._losses[t].lost}
+        if lost:
+            text += f'; {sum(lost.values())} messages lost on the way of {", ".join(sorted(lost))}'
+        return [status(f'{self.get_name()}: websocket', 'warn' if lost else 'ok', text, port=self._door.port,
                        topics=len(self._channels), heard=len(self._heard), sent=self.sent,
-                       refused=self.refused)]
+                       lost=sum(lost.values()), refused=self.refused)]
 
 
 def main(args=None):
