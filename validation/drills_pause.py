@@ -1,8 +1,8 @@
 """
 Stop the gap node, or the bridge, for 3 s of 20 s of 4 channels, and count what they lack.
 
-    python -m validation.drills_pause gap
-    python -m validation.drills_pause bridge
+    python -m validation.drills_pause gap [SPEED ...]
+    python -m validation.drills_pause bridge [SPEED ...]
 
 Each with the topics best effort and reliable, at 100 Hz and at 1 kHz; one line a run.
 """
@@ -140,9 +140,9 @@ def bridge(folder, speed, reliable):
         health.close()
 
 
-def main(what):
+def main(what, *speeds):
     """Run four drills."""
-    for speed in (1.0, 10.0):
+    for speed in map(float, speeds or (1, 10)):
         for reliable in (False, True):
             with tempfile.TemporaryDirectory() as folder:
                 line = {'gap': gap, 'bridge': bridge}[what](Path(folder), speed, reliable)
@@ -151,4 +151,4 @@ def main(what):
 
 
 if __name__ == '__main__':
-    main(*sys.argv[1:2])
+    main(*sys.argv[1:])
