@@ -92,6 +92,12 @@ def gap(folder, speed, reliable):
         health.close()
 
 
+def subscribe(socket, numbers):
+    """Look at channels; the server may not know yet what it has advertised, and forget it."""
+    socket.send(json.dumps({'op': 'subscribe', 'subscriptions': [
+        {'id': n, 'channelId': n} for n in numbers]}))
+
+
 def bridge(folder, speed, reliable):
     """Return what a client of the bridge got."""
     from websockets.sync.client import connect
@@ -100,7 +106,7 @@ def bridge(folder, speed, reliable):
         nodes.start('bridge', 'bridge', port=0)
         wait(lambda: 'ws://' in words(nodes, 'bridge'))
         simulate(nodes, speed, reliable)
-        got, numbers, end = {}, {}, threading.Event()
+        got, numbers, end = {}, set(), threading.Event()
         url = re.search(r'ws://[\d.:]+', words(nodes, 'bridge'))[0]
         with connect(url, subprotocols=['foxglove.sdk.v1'], max_queue=None) as socket:
             def listen():
@@ -108,6 +114,7 @@ def bridge(folder, speed, reliable):
                     try:
                         frame = socket.recv(timeout=0.5)
                     except TimeoutError:
+                        subscribe(socket, [i for i in numbers if i not in got])
                         continue
                     if isinstance(frame, bytes):
                         if frame[0] == 1:
@@ -115,10 +122,9 @@ def bridge(folder, speed, reliable):
                             got.setdefault(number, []).append(frame[13:])
                         continue
                     told = json.loads(frame)
-                    new = [c for c in told.get('channels', ()) if c['topic'] in TOPICS]
-                    numbers.update({c['id']: c['topic'] for c in new})
-                    socket.send(json.dumps({'op': 'subscribe', 'subscriptions': [
-                        {'id': c['id'], 'channelId': c['id']} for c in new]}))
+                    new = [c['id'] for c in told.get('channels', ()) if c['topic'] in TOPICS]
+                    numbers.update(new)
+                    subscribe(socket, new)
             thread = threading.Thread(target=listen)
             thread.start()
             # no sample goes out before the bridge has subscribed for its client

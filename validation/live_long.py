@@ -102,8 +102,8 @@ def table(rows, speed):
               f'{slope:+.2f} | {late[0, 2]:.0f}, {late[-1, 2]:.0f} | {late[-1, 3]:.0f} | '
               f'{100 * core:.0f} % |')
     minutes = rows[-1][0]
-    print(f'\n{minutes:.0f} min of the wall, {minutes * speed / 60:.1f} h of samples where the pace was '
-          'kept', flush=True)
+    print(f'\n{minutes:.0f} min of the wall, {minutes * speed / 60:.1f} h of samples at that '
+          'pace', flush=True)
 
 
 def main():

@@ -144,8 +144,8 @@ def _vouched(topic, channel, contents):
     except (ValueError, OSError):
         same, text = False, topic.definition
     if not same and differ:
-        _note(contents, f'the copies of the definition of {topic.type} differ and no checksum says '
-              f'which is right: values of {topic.name} may be wrong')
+        _note(contents, f'the copies of the definition of {topic.type} differ and no checksum '
+              f'says which is right: values of {topic.name} may be wrong')
     if differ and text != topic.definition:
         _note(contents, f'the definition of {topic.type} is that of this machine, whose hash is '
               'the same')

@@ -181,7 +181,7 @@ def own_cluster(workers):
     """
     import dask
     from dask.distributed import LocalCluster
-    dask.config.set({'distributed.scheduler.http.routes': [], 'distributed.worker.http.routes': []})
+    dask.config.set({f'distributed.{who}.http.routes': [] for who in ('scheduler', 'worker')})
     # one thread each: the templates of a model are kept by the process that made them
     return LocalCluster(n_workers=workers, threads_per_worker=1, host='127.0.0.1',
                         dashboard_address=None)

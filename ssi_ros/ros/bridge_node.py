@@ -167,7 +167,8 @@ class BridgeNode(StageNode):
         lost = {t: self._losses[t].lost for t in self._heard if self._losses[t].lost}
         if lost:
             text += f'; {sum(lost.values())} messages lost on the way of {", ".join(sorted(lost))}'
-        return [status(f'{self.get_name()}: websocket', 'warn' if lost else 'ok', text, port=self._door.port,
+        return [status(f'{self.get_name()}: websocket', 'warn' if lost else 'ok', text,
+                       port=self._door.port,
                        topics=len(self._channels), heard=len(self._heard), sent=self.sent,
                        lost=sum(lost.values()), refused=self.refused)]
 

@@ -73,9 +73,11 @@ def test_diagnosis(given, tmp_path, capsys, nominal):
     checked(tmp_path / 'a.html')
     markdown = (tmp_path / 'a.md').read_text()
     no_forged_line(markdown)
-    code = markdown.split('```')[0]
-    assert '<script>' not in code.replace('\\<', '') and '<img' not in code
-    assert json.loads((tmp_path / 'a.json').read_text())['outcome'] != 'WITHIN_FLOOR'
+    plain = markdown.split('```')[0].replace('\\<', '')
+    assert '<script>' not in plain and '<img' not in plain
+    found = json.loads((tmp_path / 'a.json').read_text())
+    # beside the recording the gain has its candidates, whose words hold names
+    assert found['outcome'] == 'EXPLAINED' or nominal == 'model'
     assert everything(folder) == before
 
 
