@@ -93,7 +93,7 @@ def busy(folder, seconds, reliable):
     loops = []
     try:
         nodes.start('identifier', 'identifier', channels=TOPICS, reliable=reliable,
-                    lateness_s=60.0 if reliable else 1.0)
+                    lateness_s=60.0 if reliable else 1.0, window_s=20.0, hop_s=1.0)
         wait(lambda: 'waiting for' in words(nodes, 'identifier'))
         nodes.start('simulator', 'simulator', duration_s=seconds, reliable=reliable,
                     wait_for_subscribers=1)
@@ -102,16 +102,29 @@ def busy(folder, seconds, reliable):
             for task in os.listdir(f'/proc/{process.pid}/task'):
                 os.setpriority(os.PRIO_PROCESS, int(task), 19)
         loops = [subprocess.Popen([sys.executable, '-c', 'while True: pass']) for _ in range(2)]
+        began, before = time.monotonic(), sum(spent_s(p) for p in nodes.running.values())
+        wait(lambda: time.monotonic() > began + seconds - 2.0, seconds)
+        taken = sum(spent_s(p) for p in nodes.running.values()) - before
+        share = taken / (time.monotonic() - began)
+        loop = sum(map(spent_s, loops)) / (time.monotonic() - began)
         nodes.running.pop('simulator').wait(timeout=4 * seconds + PATIENCE_S)
-        for loop in loops:          # an end has 15 s
-            loop.kill()
+        for process in loops:          # an end has 15 s
+            process.kill()
         nodes.stop('identifier')
-        return words(nodes, 'identifier').strip().splitlines()[-1].split(': ', 1)[-1]
+        return (words(nodes, 'identifier').strip().splitlines()[-1].split(': ', 1)[-1]
+                + f' of {round(100 * seconds)}; both nodes had {100 * share:.1f} % of a core, '
+                f'both loops {100 * loop:.0f} %')
     finally:
-        for loop in loops:
-            loop.kill()
-            loop.wait()
+        for process in loops:
+            process.kill()
+            process.wait()
         nodes.kill()
+
+
+def spent_s(process):
+    """Return the processor time that a process has taken [s]."""
+    fields = Path(f'/proc/{process.pid}/stat').read_text().rsplit(')', 1)[1].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf('SC_CLK_TCK')
 
 
 def main():

@@ -1,7 +1,10 @@
 """The intervals of a topic's times, in bounded memory: rate, gaps, missing samples."""
 import numpy as np
 
+from .interleaved import in_turn
+
 _GAP = 1.5            # an interval of so many median ones is a gap: a message or more is missing
+STAMPS = ('stamp_gaps', 'stamps_missing', 'stamps_doubled', 'stamps_by_turns')
 _ENOUGH = 100         # times from which a median interval is taken where more are to come
 
 
@@ -17,7 +20,7 @@ class Intervals:
         self._parts, self._first, self._last = [], None, None
         self._median = self._usual = self._even = None
         self._gaps, self._longest, self._longest_at = 0, -1, 0
-        self._stamp_gaps = self._missing = 0
+        self._stamp_gaps = self._missing = self._doubled = self._by_turns = 0
 
     def add(self, times):
         """Add times [ns]."""
@@ -52,6 +55,8 @@ class Intervals:
         at = int(steps.argmax())
         if steps[at] > self._longest:
             self._longest, self._longest_at = int(steps[at]), int(times[at]) - self._first
+        self._doubled += int((steps == 0).sum())
+        self._by_turns += int(in_turn(np.unique(times))[0])
         periods = positive / self._even
         self._stamp_gaps += int((periods > _GAP).sum())
         self._missing += int(np.maximum(np.rint(periods) - 1.0, 0.0).sum())
@@ -66,8 +71,9 @@ class Intervals:
                 'longest_gap_at_s': self._longest_at / 1e9 if self._gaps else None}
 
     def missing(self):
-        """Return gaps and missing samples by header stamps; None where there are none."""
+        """Return gaps, and missing and doubled samples, by header stamps; None without any."""
         self.fold(rest=True)
         if self._median is None or not self._first:
-            return {'stamp_gaps': None, 'stamps_missing': None}
-        return {'stamp_gaps': self._stamp_gaps, 'stamps_missing': self._missing}
+            return dict.fromkeys(STAMPS)
+        return dict(zip(STAMPS, (self._stamp_gaps, self._missing, self._doubled,
+                                 self._by_turns)))

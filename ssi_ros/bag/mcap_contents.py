@@ -40,6 +40,8 @@ class Contents:
         Message records that were got out of a damaged last chunk.
     unchecked : int
         Chunks without a checksum, and runs of messages outside of chunks.
+    unsure : dict
+        Id of every schema that no checksum vouches for -> whether its copies differ.
 
     """
 
@@ -54,6 +56,7 @@ class Contents:
     damage: str = ''
     salvaged: list = field(default_factory=list)
     unchecked: int = 0
+    unsure: dict = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

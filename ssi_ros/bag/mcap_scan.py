@@ -53,6 +53,7 @@ class _Scan:
         self.file, self.size, self.limit = file, size, limit or LIMITS.chunk_bytes
         self.contents, self.doubtful = Contents(size=size), Contents()
         self.beliefs = {}                  # (kind, id) -> how far its record is believed
+        self.copies = {}                   # id of a schema -> the different texts of it
         self.skipped, self.broken, self.unpacked, self.trials = [], [], 0, 0
         self.regained = 0                  # bytes of what was skipped that the index gave back
         self.why, self.reason, self.indexed, self.end = '', '', [], size
@@ -72,6 +73,9 @@ class _Scan:
         elif summary is not None:
             for record in (*summary.schemas.values(), *summary.channels.values()):
                 self._believe(record, CHECKED if summary.checked else READABLE)
+        if summary is None or not summary.checked:
+            self.contents.unsure = {number: len(texts) > 1 for number, texts in self.copies.items()
+                                    if self.beliefs[True, number] < CHECKED}
         return self._finish()
 
     def _summary(self):
@@ -179,6 +183,8 @@ class _Scan:
                                        record.topic.isprintable() and record.topic):
             belief = BROKEN
         key = (schema, record.id)
+        if schema:
+            self.copies.setdefault(record.id, set()).add((record.name, record.data))
         if belief > self.beliefs.get(key, -1):
             self.beliefs[key] = belief
             (self.contents.schemas if schema else self.contents.channels)[record.id] = record

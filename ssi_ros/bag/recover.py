@@ -1,9 +1,10 @@
 """Make a sound bag of one that a crash, a power loss or a full disk left behind."""
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from ssi_ros.limits import LATEST_NS
 
+from .definitions import definition_of, type_hash_of
 from .layout import profiles_of
 from .mcap_chunk import load, messages_in
 from .mcap_contents import check_magic
@@ -114,12 +115,41 @@ def _topics(found):
     """Return the topics of all files by name; of two types of a topic the first one is kept."""
     topics = {}
     for file, contents in found:
-        for topic in topics_of(contents, file).values():
+        for channel, topic in topics_of(contents, file).items():
             try:
-                merge(topics, topic, file)
+                merge(topics, _vouched(topic, channel, contents), file)
             except ValueError as error:
-                contents.damage += ('; ' if contents.damage else '') + f'{error}'
+                _note(contents, f'{error}')
     return topics
+
+
+def _note(contents, words):
+    contents.damage += ('; ' if contents.damage else '') + words
+
+
+def _vouched(topic, channel, contents):
+    """
+    Return a topic with a definition that something vouches for, where there is one.
+
+    A definition that is damaged can still be one, of other members, and values read by it are
+    wrong. Where no checksum holds, the hash that the channel keeps of its type says whether the
+    definition that is installed here is the same.
+    """
+    differ = contents.unsure.get(contents.channels[channel].schema_id)
+    if differ is None or topic.encoding != 'cdr':
+        return topic
+    try:
+        same = bool(topic.type_hash) and type_hash_of(topic.type) == topic.type_hash
+        text = definition_of(topic.type) if same else topic.definition
+    except (ValueError, OSError):
+        same, text = False, topic.definition
+    if not same and differ:
+        _note(contents, f'the copies of the definition of {topic.type} differ and no checksum '
+              f'says which is right: values of {topic.name} may be wrong')
+    if differ and text != topic.definition:
+        _note(contents, f'the definition of {topic.type} is that of this machine, whose hash is '
+              'the same')
+    return replace(topic, definition=text)
 
 
 def _profiles(topic):

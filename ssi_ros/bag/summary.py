@@ -7,6 +7,7 @@ from ssi_ros.quantity import shown, things
 from .intervals import Intervals
 from .play import stamp_shifter
 
+MIXED = 0.05          # share of stamps that are doubled, or alternate, which is said
 _HEAD = 12            # bytes of a message that hold its encapsulation and its stamp
 
 
@@ -18,7 +19,8 @@ def summarise(bag, progress=None):
     interval of more than 1.5 of it is a gap. Where messages were logged in bunches the mean
     interval gives the rate, and 1.5 of the longest usual one (99 %) is a gap. `stamp_gaps` and
     `stamps_missing` are those of the header stamps, where the type has one that is not 0: a sample
-    that is missing shows there also where messages were logged in bunches.
+    that is missing shows there also where messages were logged in bunches. `stamps_doubled` have
+    the stamp of another one, `stamps_by_turns` alternate between two steps: two publishers.
 
     Parameters
     ----------
@@ -68,6 +70,18 @@ def _stamps(raws):
     return time['sec'].astype(np.int64) * 1_000_000_000 + time['nanosec']
 
 
+def _publishers(topic):
+    """Return what speaks for several publishers of a topic, in words; empty where nothing does."""
+    several = f', of {len(topic["qos"])} publishers' if len(topic['qos']) > 1 else ''
+    most = MIXED * topic['messages']
+    if (topic['stamps_doubled'] or 0) > most:
+        return f'  {topic["stamps_doubled"]} with the stamp of another one{several}'
+    if (topic['stamps_by_turns'] or 0) > most:
+        return (f'  {topic["stamps_by_turns"]} by turns at two steps of their stamps, as of two '
+                f'publishers{several}')
+    return f'  {len(topic["qos"])} publishers when it was joined' if several else ''
+
+
 def as_text(summary):
     """Return the summary as lines for the terminal."""
     mib = summary['size_bytes'] / 2 ** 20
@@ -86,5 +100,6 @@ def as_text(summary):
         if t['stamps_missing']:
             line += (f'  {t["stamps_missing"]} samples missing by their stamps, in '
                      f'{t["stamp_gaps"]} gap(s)')
+        line += _publishers(t)
         lines.append(line)
     return '\n'.join(lines)

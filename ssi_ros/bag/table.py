@@ -5,10 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
+from ssi_ros.arrays import arrays_of
 from ssi_ros.limits import LIMITS
 from ssi_ros.records import Samples
-
-from .arrays import arrays_of
 
 _OFF_GRID = 0.1       # of a period: a stamp further off is not of an even grid
 
@@ -184,7 +183,10 @@ def _in_range(path, name, times):
 
 
 def _variables(path, columns, variable, time_column, transpose):
-    held = arrays_of(path)
+    try:
+        held = arrays_of(path)
+    except ValueError as error:
+        raise ValueError(f'{path} {error}') from None
     arrays = {k: v for k, v in held.items() if isinstance(v, np.ndarray) and v.size > 1
               and v.dtype.kind in 'fiub' and v.ndim <= 2}
     listing = ', '.join(f'{k} {v.shape}' for k, v in arrays.items()) or 'none'

@@ -13,6 +13,7 @@ from pathlib import Path
 
 from ssi_ros.cli._memory import keep_freed_memory
 from ssi_ros.gap.diagnosis import probability_text
+from ssi_ros.quantity import shown
 from ssi_ros.whole_file import whole_file, write_whole
 
 ANSWERS = 'diagnoses'           # folder of the answers, beside the bags
@@ -151,14 +152,12 @@ def _prepare(job):
 
 def _diagnose_all(job, bags, answers, workers, scheduler):
     """Yield the row of each bag as it comes, from a cluster of one's own or a given one."""
-    from dask.distributed import as_completed, Client, LocalCluster
+    from dask.distributed import as_completed, Client
     if workers is not None and workers < 1:
         raise ValueError(f'workers={workers} must be 1 or more')
     cluster = None
     if scheduler is None:
-        # one thread each: the templates of a model are kept by the process that made them
-        cluster = LocalCluster(n_workers=min(workers or os.cpu_count(), len(bags)),
-                               threads_per_worker=1, dashboard_address=None)
+        cluster = own_cluster(min(workers or os.cpu_count(), len(bags)))
     with Client(cluster or scheduler, timeout='20s') as client:
         try:
             futures = {client.submit(diagnose_one, job, name, bag.resolve(), answers.resolve(),
@@ -172,6 +171,20 @@ def _diagnose_all(job, bags, answers, workers, scheduler):
         finally:
             if cluster is not None:
                 cluster.close()
+
+
+def own_cluster(workers):
+    """
+    Return a cluster of processes on this machine, on its loopback and without web pages.
+
+    Dask serves pages beside its dashboard too, on 8787 and on a port a worker: they get no routes.
+    """
+    import dask
+    from dask.distributed import LocalCluster
+    dask.config.set({f'distributed.{who}.http.routes': [] for who in ('scheduler', 'worker')})
+    # one thread each: the templates of a model are kept by the process that made them
+    return LocalCluster(n_workers=workers, threads_per_worker=1, host='127.0.0.1',
+                        dashboard_address=None)
 
 
 def _answer(name, answers):
@@ -213,7 +226,7 @@ def line_of(row):
     """Return a row as one line."""
     sure = '' if row['probability'] is None else probability_text(row['probability'])
     what = row['effect'] or (row['reason'].splitlines()[0] if row['outcome'] == FAILED else '-')
-    return f'{row["bag"]:<24} {row["outcome"]:<16} {sure:>6}  {what}'
+    return shown(f'{row["bag"]:<24} {row["outcome"]:<16} {sure:>6}  {what}')
 
 
 def table(rows):
@@ -231,4 +244,11 @@ def write_csv(path, rows):
     with whole_file(path, newline='') as file:
         writer = csv.DictWriter(file, COLUMNS)
         writer.writeheader()
-        writer.writerows(rows)
+        writer.writerows({k: _cell(v) for k, v in row.items()} for row in rows)
+
+
+def _cell(value):
+    """Return what a table may hold: one line, and no formula that a spreadsheet would work out."""
+    if not isinstance(value, str):
+        return value
+    return shown(f"'{value}" if value[:1] in '=+-@\t\r' and value else value)

@@ -10,21 +10,27 @@ def read_samples(path, rate_hz, channels=None, scale=1.0):
     Raises
     ------
     ValueError
-        Without samples, or if the clock jumps: the longest part cannot stand for all of it.
+        Without samples, or if two publishers are mixed, or if the clock jumps: the longest part
+        cannot stand for all of it.
 
     """
     from dataclasses import replace
 
     from ssi_ros.bag import open_bag, read_channels
+    from ssi_ros.cli._mixed import check_publishers
     from ssi_ros.cli._modes import scaled
     from ssi_ros.cli._options import warn
+    from ssi_ros.quantity import shown
     from ssi_ros.report.samples import samples_of
 
     try:
         bag = open_bag(path)
         warn(bag.warnings)
-        samples = samples_of(scaled(read_channels(bag, channels), scale), rate_hz,
+        recording = read_channels(bag, channels)
+        check_publishers(bag, recording)
+        samples = samples_of(scaled(recording, scale), rate_hz,
                              lambda text: warn([text]))
     except ValueError as error:
         raise ValueError(f'{path}: {error}') from error
-    return replace(samples, channels=tuple(n.rsplit('/', 1)[-1] for n in samples.channels))
+    # a name out of a file must not end a line of what is printed of it
+    return replace(samples, channels=tuple(shown(n.rsplit('/', 1)[-1]) for n in samples.channels))

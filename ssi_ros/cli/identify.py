@@ -157,6 +157,7 @@ def say_offsets(recording, names, windows, rate_hz):
 def _read(path, channels, inputs, progress):
     """Read the channels, all accelerometers where none is named, and the inputs behind them."""
     from ssi_ros.bag import find_channels, open_bag, read_channels
+    from ssi_ros.cli._mixed import check_publishers
     from ssi_ros.cli._options import warn
     bag, taken = open_bag(path), {(c.topic, c.field) for c in inputs}
     warn(bag.warnings)
@@ -165,7 +166,9 @@ def _read(path, channels, inputs, progress):
         silent = [t.name for t in bag.topics if t.type == channels[0].type and not t.count]
         warn([f'{name} has no message and is left out' for name in silent])
     channels = [c for c in channels if (c.topic, c.field) not in taken]
-    return read_channels(bag, [*channels, *inputs], progress)
+    recording = read_channels(bag, [*channels, *inputs], progress)
+    check_publishers(bag, recording)
+    return recording
 
 
 def _begun(recording, start_s, first_ns):

@@ -38,6 +38,7 @@ def add_arguments(parser):
 def run(args):
     """Read, identify, diagnose, write."""
     from ssi_ros.bag import open_bag, parse_channel, read_channels
+    from ssi_ros.cli._mixed import check_publishers
     from ssi_ros.cli._modes import scaled
     from ssi_ros.cli._options import Progress, warn
     from ssi_ros.effects import load_configuration
@@ -52,6 +53,7 @@ def run(args):
     channels = [parse_channel(c) for c in args.channel] if args.channel else None
     with Progress('reading') as progress:
         recording = read_channels(bag, channels, progress)
+    check_publishers(bag, recording)
     recording = scaled(recording, args.scale)
     samples = samples_of(recording, args.rate_hz or (spacecraft.rate_hz if spacecraft else 0.0),
                          lambda sentence: warn([sentence]))

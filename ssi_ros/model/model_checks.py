@@ -14,6 +14,10 @@ def check_names(model):
         if not names or not all(names) or len(set(names)) < len(names):
             raise ValueError(f'{kind} have the names {list(names)}; at least one is needed, each '
                              'with its own name')
+        for name in names:
+            if not name.isprintable():
+                raise ValueError(f'{kind} have the name {name!r}, which holds what does not '
+                                 'print, such as the end of a line; rename it')
     if 'ground' in model.freedoms:
         raise ValueError("a freedom has the name 'ground', which stands for what does not move; "
                          'rename it')

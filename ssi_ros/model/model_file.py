@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 from scipy.linalg import eigh
 
+from ssi_ros.arrays import arrays_of
 from ssi_ros.model.errors import Calibration
 from ssi_ros.model.excitation import source, White
 from ssi_ros.model.linear_model import Channel, Input, LinearModel, modal_model, state_space_model
@@ -121,27 +122,18 @@ def save_system(system, path):
 
 def _variables(path):
     """Return the variables of a file by name."""
-    if path.suffix.lower() == '.npz':
-        try:
-            with np.load(path, allow_pickle=False) as file:
-                found = {name: file[name] for name in file.files}
-        except (ValueError, EOFError, KeyError) as error:
-            raise ValueError(f'it is no NumPy archive of numbers and texts ({error}); write it by '
-                             'numpy.savez, names as an array of str') from None
-    else:
-        from scipy.io import loadmat
-        from scipy.io.matlab import MatReadError
-        try:
-            found = loadmat(path)
-        except NotImplementedError:
-            raise ValueError('it is a MATLAB file of version 7.3, which is HDF5; save it with '
-                             "'-v7'") from None
-        except (MatReadError, TypeError, IndexError, ValueError) as error:
-            raise ValueError(f'it is no MATLAB file ({error})') from None
-        found = {k: v for k, v in found.items() if not k.startswith('__')}
-    block = np.asarray(found.pop(UNCERTAINTY[:-1], ()))
-    if block.dtype.names:               # a struct of MATLAB
-        found |= {UNCERTAINTY + n: block[n].ravel()[0] for n in block.dtype.names}
+    if not path.is_file():
+        raise OSError(2, 'No such file', str(path))
+    try:
+        found = arrays_of(path, texts=True)
+    except ValueError as error:
+        kind = ('NumPy archive of numbers and texts' if path.suffix.lower() == '.npz' else
+                'MATLAB file of numbers and texts')
+        raise ValueError(f'it is no {kind} ({error}); write it by numpy.savez, names as an array '
+                         "of str, or by MATLAB's save with '-v7'") from None
+    struct = UNCERTAINTY[:-1] + '.'
+    found = {k.replace(struct, UNCERTAINTY, 1) if k.startswith(struct) else k: v
+             for k, v in found.items()}
     found = {ALIASES.get(k, k): v for k, v in found.items()}
     known = {*MATRICES, *MODES, *STATE_SPACE, *SHARED, *QUADRATURE, 'physical'}
     for name in found:

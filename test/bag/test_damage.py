@@ -140,3 +140,39 @@ def test_the_summary_of_a_sound_file_is_checked(whole, tmp_path):
     (tmp_path / 'x.mcap').write_bytes(bad)
     with pytest.raises(ValueError, match='damaged summary.*ssi_ros recover'):
         open_bag(tmp_path / 'x.mcap')
+
+
+def test_two_damaged_copies_of_a_definition(tmp_path):
+    """
+    Both lose a member and can still be read: the hash of the type tells which member is missing.
+
+    Without the hash nothing vouches for either, and it is said that values may be wrong.
+    """
+    stamps = 10 ** 18 + np.arange(300, dtype=np.int64) * 10_000_000
+    values = np.sin(np.arange(300))
+    for known in (True, False):
+        bag = tmp_path / f'bag_{known}'
+        with BagWriter(bag) as writer:
+            writer.add_topic('/a', 'geometry_msgs/msg/AccelStamped',
+                             **({} if known else {'type_hash': 'RIHS01_' + '0' * 64,
+                                                  'definition': definition_of(
+                                                      'geometry_msgs/msg/AccelStamped')}))
+            for stamp, raw in zip(stamps.tolist(), encode_accel(stamps, values, 'frame')):
+                writer.write('/a', raw, stamp, stamp)
+        path = bag / f'bag_{known}_0.mcap'
+        data = path.read_bytes()
+        # the last member of the header is gone from both copies, in two ways
+        first = data.index(b'string frame_id')
+        last = data.rindex(b'string frame_id')
+        assert first != last
+        data = data[:first] + b' ' * 15 + data[first + 15:]
+        data = data[:last] + b'#tring frame_id' + data[last + 15:]
+        (tmp_path / 'x.mcap').write_bytes(data)
+        report = recover(tmp_path / 'x.mcap', tmp_path / f'out_{known}')
+        assert report.saved == {'/a': 300}
+        if known:
+            found = read_channels(tmp_path / f'out_{known}')
+            np.testing.assert_array_equal(found.values[0], values)
+            assert 'is that of this machine' in report.damage[0]
+        else:
+            assert 'values of /a may be wrong' in report.damage[0]

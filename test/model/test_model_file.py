@@ -1,4 +1,7 @@
 """Files of other people's models, by NumPy and MATLAB."""
+import sys
+import zipfile
+
 import numpy as np
 import pytest
 from scipy.io import savemat
@@ -114,3 +117,29 @@ def test_what_is_no_model_at_all(name, tmp_path):
         load_model(tmp_path / name)
     with pytest.raises(OSError):
         load_model(tmp_path / f'no_{name}')
+
+
+def test_a_matlab_file_that_crashes_its_reader_is_refused(tmp_path, monkeypatch):
+    """The process that reads it ends by a signal; this one says so, and goes on."""
+    python = tmp_path / 'python'
+    python.write_text('#!/bin/sh\nkill -SEGV $$\n')
+    python.chmod(0o755)
+    monkeypatch.setattr(sys, 'executable', str(python))
+    with pytest.raises(ValueError, match='crashes the reader'):
+        load_model(write(tmp_path / 'm.mat', MATRICES))
+
+
+def test_an_archive_that_lies_is_refused(tmp_path):
+    """512 MiB of zeros in half a megabyte, Python objects: one sentence, no memory taken."""
+    path = tmp_path / 'm.npz'
+    np.savez(path, mass=np.array([{}], dtype=object))
+    with pytest.raises(ValueError, match='mass holds neither numbers nor texts'):
+        load_model(path)
+    with zipfile.ZipFile(path, 'w', zipfile.ZIP_DEFLATED) as file:
+        with file.open('mass.npy', 'w') as member:
+            np.lib.format.write_array_header_1_0(
+                member, {'descr': '<f8', 'fortran_order': False, 'shape': (1 << 26,)})
+            for _ in range(512):
+                member.write(bytes(1 << 20))
+    with pytest.raises(ValueError, match='a file of its size may hold'):
+        load_model(path)

@@ -92,7 +92,7 @@ def test_a_click_picks_and_the_file_is_read(windows, tmp_path):
             """Point at a pole, wait until it is what a click would pick, and click."""
             at = {'x': places[k][0], 'y': places[k][1], 'button': 'left', 'clickCount': 1}
             page.ask('Input.dispatchMouseEvent', type='mouseMoved', **at)
-            # Plotly looks for a point below the mouse 50 ms after it did so last, also at a click
+            # Plotly looks for the point below the mouse at most every 50 ms, also when it clicks
             page.until(f'({POINTED})?.toFixed(4) === "{poles[k].frequency_hz:.4f}"')
             for kind in ('mousePressed', 'mouseReleased'):
                 page.ask('Input.dispatchMouseEvent', type=kind, **at)

@@ -1,5 +1,6 @@
 """The bridge: a WebSocket client that gets the true messages, and layouts that fit the topics."""
 import json
+import os
 from pathlib import Path
 import re
 import struct
@@ -158,3 +159,72 @@ def test_layouts_name_what_there_is(paths):
             assert topic.rsplit('/', 1)[1] in SERIES
         if field:
             field_reader(type_of(topic), field, definition_of(type_of(topic)))
+
+
+def listening(pid):
+    """Return the addresses at which a process listens."""
+    inodes = {os.readlink(f).removeprefix('socket:[')[:-1]
+              for f in Path(f'/proc/{pid}/fd').iterdir() if f.is_symlink()}
+    found = set()
+    for table in ('tcp', 'tcp6'):
+        for line in Path(f'/proc/{pid}/net/{table}').read_text().splitlines()[1:]:
+            place, state, inode = (line.split()[k] for k in (1, 3, 9))
+            if state == '0A' and inode in inodes:
+                found.add(place.split(':')[0])
+    return found
+
+
+def test_what_a_client_may_do(tmp_path):
+    """Loopback alone; no page of a stranger, nothing published, junk and crowds are survived."""
+    for name in ('rclpy', 'foxglove', 'websockets'):
+        pytest.importorskip(name, reason=f'{name} is not installed')
+    import socket
+
+    from ssi_ros.ros.demo import Processes
+    from websockets.exceptions import ConnectionClosed, InvalidStatus
+    from websockets.sync.client import connect
+    nodes = Processes(tmp_path / 'log')
+    try:
+        nodes.start('bridge', 'bridge', port=0)
+        end = time.monotonic() + 30.0
+        while not (port := re.search(r'ws://127\.0\.0\.1:(\d+)',
+                                     (tmp_path / 'log/bridge.txt').read_text())):
+            nodes.check()
+            assert time.monotonic() < end
+            time.sleep(0.05)
+        # 127.x.y.z ends in 7F in the table, which is little-endian
+        places = listening(nodes.running['bridge'].pid)
+        assert len(places) == 2 and all(p.endswith('7F') for p in places), places
+        url = f'ws://127.0.0.1:{port[1]}'
+        for origin in ('https://evil.example', 'null', 'http://localhost.evil.example',
+                       'https://app.foxglove.dev.evil.example', f'http://evil.example:{port[1]}'):
+            with pytest.raises(InvalidStatus) as refused:
+                connect(url, subprotocols=['foxglove.sdk.v1'], origin=origin)
+            assert refused.value.response.status_code == 403
+        for head in (b'\0' * 40_000, b'GET / HTTP/1.1\r\n' * 3000, b'', b'GET / HTTP/1.1\r\n\r\n'):
+            with socket.create_connection(('127.0.0.1', int(port[1]))) as junk:
+                junk.sendall(head)
+        with connect(url, subprotocols=['foxglove.sdk.v1'],
+                     origin='https://app.foxglove.dev') as viewer:
+            told = json.loads(viewer.recv(timeout=10.0))
+            assert told['op'] == 'serverInfo'
+            # neither publishing, nor parameters, services, nor files
+            assert told['capabilities'] == []
+            for frame in ({'op': 'advertise', 'channels': [
+                    {'id': 1, 'topic': '/x', 'encoding': 'cdr', 'schemaName': 'std_msgs/Empty'}]},
+                    {'op': 'subscribe', 'subscriptions': [{'id': 1, 'channelId': 10 ** 18}]},
+                    {'op': 'unsubscribe', 'subscriptionIds': [-1]}, {'op': 'x'}, []):
+                viewer.send(json.dumps(frame))
+            viewer.send(b'\1' + bytes(20))
+            viewer.send('[' * 100_000)
+            try:
+                viewer.recv(timeout=1.0)
+            except (TimeoutError, ConnectionClosed):
+                pass
+        with connect(url, subprotocols=['foxglove.sdk.v1']) as again:
+            assert json.loads(again.recv(timeout=10.0))['op'] == 'serverInfo'
+        nodes.stop('bridge')
+    finally:
+        nodes.kill()
+    words = (tmp_path / 'log' / 'bridge.txt').read_text()
+    assert 'https://evil.example was turned away' in words and 'Traceback' not in words

@@ -1,8 +1,10 @@
 """Two publishers on one topic: said at once by all who listen, and no result is made of both."""
+from diagnostic_msgs.msg import DiagnosticArray
 from node_records import grid, identifier, newest
 import pytest
 from ssi_ros.bag import open_bag
 from ssi_ros.ros.mixed import BACKS, Senders
+from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 from test_nodes import resonance, said, Sender, status_of
 
@@ -67,3 +69,27 @@ def test_two_publishers_are_named_and_never_mixed(bench, tmp_path, beside_ns):
     bench.processes.stop('recorder')
     assert '2 publishers send on /a' in bench.words('recorder')
     assert 'sent at once on /a, /b' in open_bag(tmp_path / 'bag').warnings[0]
+
+
+def test_two_simulators_beside_the_gap_node(bench):
+    """Two simulators of other seeds: no alarm, no verdict, and ~/diagnose is refused."""
+    health = bench.collect(DiagnosticArray, '/diagnostics')
+    alarms = bench.collect(Bool, '/gap/alarm')
+    bench.processes.start('gap', 'gap', reliable=True, effects=['sensor_gain'], window_s=60.0,
+                          hop_s=10.0, false_alarm_every_s=600.0)
+    bench.wait(lambda: 'waiting for' in bench.words('gap'))
+    simulated = {'reliable': True, 'speed': 10.0, 'wait_for_subscribers': 1}
+    bench.processes.start('simulator', 'simulator', seed=1, **simulated)
+    bench.wait(lambda: (s := newest(health, 'gap: gap')) and 'sd above the floor' in s.message,
+               60.0)
+    bench.processes.start('other', 'simulator', seed=2, **simulated)
+    bench.wait(lambda: (s := newest(health, 'gap: channel e2_b')) and
+               '2 publishers send on /accelerometer/e2_b at once' in s.message)
+    bench.wait(lambda: 'no usable sample of e1_a' in newest(health, 'gap: alarm').message)
+    assert newest(health, 'gap: alarm').level == b'\3'
+    assert newest(health, 'gap: gap').level == b'\2'
+    answer = bench.call(Trigger, '/gap/diagnose', Trigger.Request())
+    assert not answer.success and 'publishers send on /accelerometer/e1_a' in answer.message
+    bench.processes.running.pop('other').kill()
+    bench.wait(lambda: 'one publisher again' in bench.words('gap'))
+    assert not any(a.data for a in alarms)
