@@ -21,8 +21,8 @@ def match(spacecraft, samples):
 
     ValueError if no channel is in both, rates disagree, or a channel shows no acceleration.
     """
-    names = [c.rsplit('/', 1)[-1] for c in samples.channels]
     wanted = [s.name for s in spacecraft.sensors]
+    names = [c if c in wanted else c.rsplit('/', 1)[-1] for c in samples.channels]
     if not set(names) & set(wanted):
         raise ValueError(f'the record has the channels {", ".join(names)}, the model '
                          f'{", ".join(wanted)}: none is in both; give the model of this record, '
