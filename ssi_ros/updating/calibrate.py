@@ -147,8 +147,10 @@ def calibrate(spacecraft, recordings, settings=DiagnosisSettings(), *, names=(),
     unexplained = tuple(dict.fromkeys(d for c in checks for d in c.detected))
     calibration = replace(_of_all_channels(whole_model, calibrated.calibration),
                           unexplained=unexplained)
-    return Calibrated(replace(whole_model, calibration=calibration, excitation=bare.excitation),
-                      found, scatter, tuple(checks), notes + words(bare), tuple(
+    if isinstance(bare, Spacecraft):
+        whole_model, notes = replace(whole_model, excitation=bare.excitation), notes + words(bare)
+    return Calibrated(replace(whole_model, calibration=calibration), found, scatter,
+                      tuple(checks), notes, tuple(
                           missing_of(r, [s.name for s in spacecraft.sensors])
                           for r in recordings))
 

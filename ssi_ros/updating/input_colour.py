@@ -95,8 +95,7 @@ def with_colour(spacecraft, samples, found, settings, **beside):
 def words(spacecraft):
     """Return a sentence for every colour of the excitation of a model."""
     names = {'torque': 'the torque has', 'process': 'the forces on the modes have'}
-    corners = getattr(spacecraft.excitation, 'corners', {})
     return tuple(
         f'{names[kind]} passed a low-pass of first order with its corner at {corner:.3g} Hz '
-        f'(+-{100 * std:.1f} %)' for kind, (corner, std) in corners.items()
-        if np.isfinite(corner))
+        f'(+-{100 * std:.1f} %)'
+        for kind, (corner, std) in spacecraft.excitation.corners.items() if np.isfinite(corner))

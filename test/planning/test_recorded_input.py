@@ -43,7 +43,7 @@ def test_the_table_says_by_how_much(tmp_path, capsys):
     assert main([*words, '--input', '/input/motor:wrench.force.x']) == 0
     text = capsys.readouterr().out
     heads = text.splitlines()[1].split()
-    assert 'recorded: motor' in text and heads[3:5] == ['without', 'times']
+    assert 'recorded: motor' in text and heads[1:4] == ["d'", 'without', 'times']
     found = json.loads(out.read_text())
     assert found['inputs'] == ['motor']
     gain = next(e for e in found['effects'] if e['name'] == 'sensor_gain')
