@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 from ssi_ros.effects import inject, library, parse_effect, simulate_setup
 from ssi_ros.gap.detectors import detect_in_samples
+from ssi_ros.gap.driver import diagnose
 from ssi_ros.gap.inference.model_fit import fit
 from ssi_ros.gap.nominal.simulator import at_levels
 from ssi_ros.gap.spectra.imputation import completed, filled, without_clipped
 from ssi_ros.gap.spectra.segmentation import make_frame
 from ssi_ros.gap.spectra.thresholds import LIMITS
 from ssi_ros.model import load_spacecraft
+from ssi_ros.model.uncertainty import EXACT
 
 RATE_HZ = 100.0
 ROWS = 11_987           # a prime number, no period of a fast transform
@@ -125,3 +127,16 @@ def test_few_values_at_rails_are_seen_on_all_channels_together():
     (found,) = detect_in_samples(clipped, library())
     assert found.parameters['limit_m_s2'] == pytest.approx(rails.limit_m_s2, rel=1e-12)
     assert detect_in_samples(samples, library()) == ()
+
+
+def test_gaps_of_a_short_record_are_no_line_and_no_drift():
+    """Of 100 s, in which the slowest mode falls to a third, 5 % lost in two gaps are no gap."""
+    # lags beyond half of the record were faded: draws did not go on with the phase of that mode
+    model = replace(load_spacecraft(), uncertainty=EXACT)
+    for seed in (5, 6):
+        short = simulate_setup(inject(model, (), 100.0), seed)
+        values = short.values.copy()
+        for first, last in ((2000, 2300), (4000, 4250)):
+            values[first:last] = np.nan
+        found = diagnose(model, replace(short, values=values))
+        assert found.outcome == 'WITHIN_FLOOR' and found.gap['p_value'] > 1e-3

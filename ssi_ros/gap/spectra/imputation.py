@@ -19,6 +19,7 @@ from ssi_ros.integrity.filling import draw
 from ssi_ros.integrity.values import runs
 
 BLOCK_S, BESIDE_S = 1200.0, 60.0        # filled at once, and used on both sides
+LAGS_S = 300.0          # at which autocovariances count in full: slow modes of short records
 ROUNDS = 5              # of filling and fitting the level, at most
 OFFSETS = 3             # rounds of filling long gaps and taking the offset
 SEED = 41
@@ -102,13 +103,13 @@ def filled(simulator, samples, levels=None, candidate=Candidate(), *, limits=Non
         return samples
     values, draws, known = samples.values.copy(), np.random.default_rng(SEED), {}
     limits = np.full(values.shape, np.nan) if limits is None else limits
-    rows, beside = len(values), round(BESIDE_S * samples.rate_hz)
+    rows, (beside, lags) = len(values), (round(s * samples.rate_hz) for s in (BESIDE_S, LAGS_S))
     edges = np.linspace(0, rows, max(1, round(rows / samples.rate_hz / BLOCK_S)) + 1).astype(int)
     for first, last in zip(edges, edges[1:]):
         if not gone[first:last].any():
             continue
         begin, end = max(0, first - beside), min(rows, last + beside)
-        period = 2 * next_fast_len((end - begin + 1) // 2, real=True)
+        period = 2 * next_fast_len(max((end - begin + 1) // 2, min(end - begin, lags)), real=True)
         if period not in known:
             known[period] = spectrum(simulator, period, levels, candidate)
         # draws of the block before are given to this one
