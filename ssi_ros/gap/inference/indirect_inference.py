@@ -80,10 +80,12 @@ def indirect_estimate(simulator, fitted, uncertainty, band_bins):
             slopes = slopes + np.outer(then - off - slopes @ moved, moved) / (moved @ moved)
         step = np.linalg.pinv(slopes) @ off
         step = step * min(1.0, LONGEST * np.linalg.norm(off) / np.linalg.norm(step))
-        before = step, off
-        x = x + (step * unit)[:len(x)]
+        before, x = (step, off), x + (step * unit)[:len(x)]
+        there = fitted.candidate.moved(x)
+        if simulator.expected(there) is None:
+            break               # such as a sensor off its array: what was found before stays
         levels = np.maximum(found.levels + (step * unit)[len(x):], LEAST * fitted.levels)
-        found = IndirectEstimate(fitted.candidate.moved(x), levels, np.sqrt(1 + 1 / RECORDS),
+        found = IndirectEstimate(there, levels, np.sqrt(1 + 1 / RECORDS),
                                  found.deficit)
         x = np.array(found.candidate.point())
         if near:

@@ -203,11 +203,9 @@ def _best(comparison, pairs=True):
     """Return the best explanation beside a model, or None, and whether it is one."""
     search = _search(comparison)
     ranked = search.singles()
-    if not ranked:
-        return None, False
     # two effects are tried where the rest is small enough to be another one
-    if _is_far(comparison, ranked[0].fit):
-        return ranked[0], False
+    if not ranked or _is_far(comparison, ranked[0].fit):
+        return next(iter(ranked), None), False
     residual, limit = comparison.residual(ranked[0].fit), SELECTION['residual_p'].value
     if pairs and residual.p_value < limit:
         ranked, residual = search.with_pairs(ranked, residual)
