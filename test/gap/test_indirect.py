@@ -1,6 +1,7 @@
 """Numbers of a hinge that sticks, which its equivalent linear hinge gets wrong."""
 from gap_records import evidence_of, record
 import numpy as np
+import pytest
 from ssi_ros.effects import parse_effect
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.inference.indirect_inference import indirect_estimate
@@ -34,3 +35,13 @@ def test_a_linear_effect_is_its_fit():
     simulator, found = fitted(parse_effect('hub_inertia:scale=1.1'))
     made = indirect_estimate(simulator, found, no_uncertainty(simulator.frame, 4), 8)
     assert made.candidate is found.candidate and made.levels is found.levels
+
+
+@pytest.mark.parametrize('channel', ['e1_a', 'e2_a'])
+def test_a_correction_stays_where_a_sensor_can_be(channel):
+    """Beside a hinge, a sensor 0.01 mm from the edge of its array is not moved off it."""
+    moved = parse_effect(f'sensor_misplacement:channel={channel},lateral_m=0.09999')
+    samples, simulator = record(60.0, [FRICTION, moved], 9)
+    found = fit(simulator, evidence_of(simulator, samples), Candidate((FRICTION, moved)))
+    made = indirect_estimate(simulator, found, no_uncertainty(simulator.frame, 4), 8)
+    assert made.candidate.effects[1].lateral_m <= 0.1
