@@ -175,7 +175,7 @@ def listening(pid):
 
 
 def test_what_a_client_may_do(tmp_path):
-    """Loopback alone; no page of a stranger, nothing published, junk and crowds are survived."""
+    """Loopback alone; no page of another site, nothing published, junk and crowds are survived."""
     for name in ('rclpy', 'foxglove', 'websockets'):
         pytest.importorskip(name, reason=f'{name} is not installed')
     import socket
