@@ -121,8 +121,8 @@ def bridge(folder, speed, reliable):
                             number = int.from_bytes(frame[1:5], 'little')
                             got.setdefault(number, []).append(frame[13:])
                         continue
-                    told = json.loads(frame)
-                    new = [c['id'] for c in told.get('channels', ()) if c['topic'] in TOPICS]
+                    message = json.loads(frame)
+                    new = [c['id'] for c in message.get('channels', ()) if c['topic'] in TOPICS]
                     numbers.update(new)
                     subscribe(socket, new)
             thread = threading.Thread(target=listen)

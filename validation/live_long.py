@@ -40,9 +40,9 @@ with connect(sys.argv[1], subprotocols=['foxglove.sdk.v1']) as socket:
         if isinstance(frame, bytes):
             count += frame[0] == 1
             continue
-        told = json.loads(frame)
-        if told['op'] == 'advertise':
-            new = [c['id'] for c in told['channels'] if c['id'] not in known]
+        message = json.loads(frame)
+        if message['op'] == 'advertise':
+            new = [c['id'] for c in message['channels'] if c['id'] not in known]
             known |= set(new)
             socket.send(json.dumps({'op': 'subscribe', 'subscriptions': [
                 {'id': i, 'channelId': i} for i in new]}))

@@ -17,7 +17,7 @@ COARSE = 1.5
 PART = 4096             # samples of one part whose values are judged,
 PARTS = 8               # and parts spread over a record
 LAGS = 8                # samples two apart that predict the next, and as many between
-TOLD = 0.3              # share of the power that the former predict at least;
+PREDICTED = 0.3              # share of the power that the former predict at least;
 # of what is left the latter predict 0.6 in one record of a structure, 0.02 in a mixture
 NEW = 0.1
 QUARTER = 0.02          # half width of a line at a quarter of the rate, over the rate, which looks
@@ -148,7 +148,7 @@ def _apart(values):
     power, alone, both = (_left(now, part) for part in (
         own[:, :0], own, np.hstack([own, other])))
     # what as many columns of noise would take
-    if alone > (1.0 - TOLD) * power or alone - both > (NEW + LAGS / n) * alone:
+    if alone > (1.0 - PREDICTED) * power or alone - both > (NEW + LAGS / n) * alone:
         return False
     spectrum = np.abs(np.fft.rfft(values * np.hanning(n))) ** 2
     far = np.abs(np.fft.rfftfreq(n) - 0.25) > QUARTER

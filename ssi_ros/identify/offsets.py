@@ -16,7 +16,7 @@ KEPT = 0.9              # share of a channel's samples that must survive that
 class Offset:
     """How a channel's instants lie beside those of the first channel, in samples."""
 
-    offset: float = 0.0     # later by so much, -0.5 to 0.5
+    offset: float = 0.0     # later by so much; of stamps alone -0.5 to 0.5, of rows -1 to 1
     drift: float = 0.0      # and by so much more at the end of the record than at its beginning
 
 

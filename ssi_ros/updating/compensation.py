@@ -112,7 +112,7 @@ class Compensation:
             matrix = moved.stiffness if kind == FREQUENCY else moved.damping
             energy = np.einsum('im,ij,jm->m', shapes, matrix, shapes)[pairs[1]]
             at = [(own[d], i) for d, i in numbers.items() if own[d] is not None]
-            if not at:
+            if not at:          # no error of this kind is declared
                 continue
             slope = np.array([shapes[d, pairs[1]] ** 2 * matrix[d, d] / energy
                               for d, _ in at]).T

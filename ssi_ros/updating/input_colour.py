@@ -3,7 +3,8 @@ The colour of the excitation, which a healthy recording shows and a model rarely
 
 Torques and the forces on the modes each pass a first-order low-pass, the shaping filter of section
 4.2 of the paper. Taken for white, a low-pass that is not stated bends every resonance and
-antiresonance of a wide band, which no error of a structure does. Eq. (29a) of docs/theory.md.
+antiresonance of a wide band, which no error of a structure does. Eq. (29a) of docs/theory.md,
+(194) of docs/theory-gap.md.
 """
 from dataclasses import dataclass, replace
 import math
@@ -15,7 +16,7 @@ from ssi_ros.gap.candidate import Candidate
 from ssi_ros.quantity import quantity
 from ssi_ros.updating.fit import fit_errors
 
-LEAST_GAIN = 5.0        # nats of evidence for a colour: the chance of a false one is below 1 %
+LEAST_GAIN = 5.0        # nats of evidence for a colour: odds of 150 to 1
 WHITE = 10.0            # corners so many times the rate change a power by less than 0.3 %
 TRIED = 3               # steps of a first fit
 VAGUE = 1.0             # deviation of the logarithm of a corner that says nothing of it

@@ -12,7 +12,7 @@ from ssi_ros.ros.demo import Processes                   # noqa: E402
 
 PATIENCE_S = 30.0
 AGAIN_S = 10.0          # after which a call of a service is repeated
-LINES = 8               # of a node, told where a wait was in vain
+LINES = 8               # of a node, printed where a wait was in vain
 
 
 class Bench:

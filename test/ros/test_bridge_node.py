@@ -41,9 +41,9 @@ class Client:
                 if frame[0] == 1:            # message data: id of subscription, time, payload
                     self.messages.append((*struct.unpack_from('<IQ', frame, 1), frame[13:]))
                 continue
-            told = json.loads(frame)
-            if told['op'] == 'advertise':
-                self.channels.update({c['topic']: c for c in told['channels']})
+            message = json.loads(frame)
+            if message['op'] == 'advertise':
+                self.channels.update({c['topic']: c for c in message['channels']})
 
     def subscribe_until_heard(self, number, topic):
         """Subscribe again and again: the server may not know yet what it has advertised."""
@@ -206,10 +206,10 @@ def test_what_a_client_may_do(tmp_path):
                 junk.sendall(head)
         with connect(url, subprotocols=['foxglove.sdk.v1'],
                      origin='https://app.foxglove.dev') as viewer:
-            told = json.loads(viewer.recv(timeout=10.0))
-            assert told['op'] == 'serverInfo'
+            message = json.loads(viewer.recv(timeout=10.0))
+            assert message['op'] == 'serverInfo'
             # neither publishing, nor parameters, services, nor files
-            assert told['capabilities'] == []
+            assert message['capabilities'] == []
             for frame in ({'op': 'advertise', 'channels': [
                     {'id': 1, 'topic': '/x', 'encoding': 'cdr', 'schemaName': 'std_msgs/Empty'}]},
                     {'op': 'subscribe', 'subscriptions': [{'id': 1, 'channelId': 10 ** 18}]},
