@@ -9,6 +9,7 @@ from ssi_ros.integrity.values import runs
 FEW = 8                 # channels, up to which all of their sets are tried
 WILD = 1e7              # medians of a channel that no acceleration reaches
 SINGLE = 0.5            # runs of lost rows over those of independent losses
+FEWEST = 5              # losses that show a rate: their number is known to half of itself
 LOSES = 1 / 6           # of the longest segment, to which a row of a segment is worth half
 MEMORY_S = 10.0         # a part of that length is worth half of as many rows of a longer one
 
@@ -98,7 +99,8 @@ def lost_at_random(missing, longest):
     Parameters
     ----------
     missing : ndarray of bool, shape (n,)
-        Rows that are missing; gaps of more than `longest` rows are left out.
+        Rows that are missing; gaps of more than `longest` rows are left out, and both ends,
+        which a channel that is sampled beside the others does not reach.
     longest : float
         Of a loss, in rows.
 
@@ -107,11 +109,13 @@ def lost_at_random(missing, longest):
     float
 
     """
+    there = np.flatnonzero(~missing)
+    missing = missing[there[0]:there[-1] + 1] if len(there) else missing[:0]
     missing = np.concatenate([missing[first:last] for first, last in parts_between(
         ~missing, longest)] or [missing[:0]])
     share = float(missing.mean()) if len(missing) else 0.0
     # independent losses make many runs, a gap makes one
-    many = len(runs(missing)) >= SINGLE * missing.sum() * (1 - share)
+    many = len(runs(missing)) >= max(FEWEST, SINGLE * missing.sum() * (1 - share))
     return share if many else 0.0
 
 

@@ -109,6 +109,17 @@ def test_only_rows_that_are_lost_one_by_one_are_lost_at_random():
     assert lost_at_random(rows, 100) == pytest.approx(0.03, rel=0.1)
 
 
+def test_an_end_or_a_few_rows_are_no_loss_at_random():
+    """A channel that is sampled beside the others lacks a row at an end."""
+    few = np.zeros(8000, bool)
+    few[-1] = few[0] = True
+    assert lost_at_random(few, 100) == 0.0
+    few[[100, 2100]] = True
+    assert lost_at_random(few, 100) == 0.0
+    few[np.arange(500, 8000, 500)] = True
+    assert lost_at_random(few, 100) == pytest.approx(17 / 8000, rel=0.01)
+
+
 def test_a_model_without_a_channel_has_the_same_motion(spacecraft):
     """The others keep their rows and the errors of their calibration."""
     names = 'gain e1_a', 'frequency E1 1', 'gain e2_a'
