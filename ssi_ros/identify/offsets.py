@@ -2,6 +2,9 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import solve
+
+from ssi_ros.integrity.values import runs
 
 BLOCK = 256             # ticks over which a phase is taken
 FEW = 16                # stamps that it needs
@@ -10,6 +13,8 @@ LARGE = 0.02            # of a sample: above it an offset may not be left as it 
 DRIFTS = 0.25           # samples by which one clock may run away from another within a record
 EDGE = 32               # samples lost at either end of an unbroken run that is moved
 KEPT = 0.9              # share of a channel's samples that must survive that
+SHORT = 4               # missing samples in a row that are bridged while a run is moved
+NUGGET = 1e-9           # of the power of a channel, so that its covariances can be solved with
 
 
 @dataclass(frozen=True)
@@ -69,7 +74,9 @@ def moved(values, offset):
     Return a channel as it was so many samples earlier; the spectrum of its noise stays.
 
     Every unbroken run is turned in phase, no frequency changes in size, after the line between
-    its ends is taken away; EDGE samples at either end of a run are lost.
+    its ends is taken away; EDGE samples at either end of a run are lost. Up to SHORT missing
+    samples do not end a run: they are bridged by the most probable values between their
+    neighbours, and are missing again afterwards.
 
     Parameters
     ----------
@@ -83,19 +90,46 @@ def moved(values, offset):
     ndarray, shape (n,)
 
     """
-    out = np.full(len(values), np.nan)
-    there = np.concatenate(([False], np.isfinite(values), [False]))
-    edges = np.flatnonzero(np.diff(there.astype(np.int8)))
-    for begin, end in edges.reshape(-1, 2):
+    out, missing = np.full(len(values), np.nan), np.isnan(values)
+    whole = bridged(values)
+    for begin, end in runs(np.isfinite(whole)):
         if end - begin <= 2 * EDGE:
             continue
-        run = values[begin:end]
+        run = whole[begin:end]
         line = np.linspace(run[0], run[-1], len(run))
         turn = np.exp(-2j * np.pi * np.fft.rfftfreq(len(run)) * offset)
         # the line itself moves by its slope
         slope = (run[-1] - run[0]) / (len(run) - 1)
         new = np.fft.irfft(np.fft.rfft(run - line) * turn, len(run)) + line - slope * offset
         out[begin + EDGE:end - EDGE] = new[EDGE:-EDGE]
+    out[missing] = np.nan
+    return out
+
+
+def bridged(values):
+    """
+    Return a channel (n,) whose gaps of up to SHORT samples hold the most probable values.
+
+    They are those of a Gaussian series of its own covariance, given EDGE samples on either side.
+    """
+    missing = np.isnan(values)
+    gaps = [g for g in runs(missing) if g[1] - g[0] <= SHORT]
+    if not gaps or missing.all():
+        return values
+    out, mean = values.copy(), np.nanmean(values)
+    size = 1 << int(np.ceil(np.log2(len(values) + 2 * EDGE + SHORT)))
+    by_lag = [np.fft.irfft(np.abs(np.fft.rfft(series, size)) ** 2, size)[:2 * EDGE + SHORT]
+              for series in (np.where(missing, 0.0, values - mean), (~missing).astype(float))]
+    covariance = by_lag[0] / np.maximum(np.rint(by_lag[1]), 1.0)
+    covariance[0] *= 1 + NUGGET
+    for begin, end in gaps:
+        near = np.arange(max(begin - EDGE, 0), min(end + EDGE, len(values)))
+        near = near[~missing[near]]
+        lost = np.arange(begin, end)
+        if len(near):
+            weights = solve(covariance[np.abs(near[:, None] - near)],
+                            covariance[np.abs(near[:, None] - lost)], assume_a='sym')
+            out[begin:end] = mean + (values[near] - mean) @ weights
     return out
 
 

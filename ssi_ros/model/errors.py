@@ -4,7 +4,8 @@ Errors of single numbers of a model: what a calibration moves, and by how much i
 Every error is one coordinate with a name, zero in the model as it is written. Frequencies,
 damping, participation and shapes are of the modes of the clamped arrays, each array on its own:
 those are the numbers that a finite element model gives, and the modes of the whole spacecraft
-follow from them. Eq. (160) to (163) of docs/theory-gap.md.
+follow from them. The force on a mode is no number of the structure: every recording has its own.
+Eq. (160) to (163) of docs/theory-gap.md.
 """
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -14,8 +15,9 @@ import numpy as np
 from ssi_ros.model.sensors import Mix
 from ssi_ros.quantity import unknown
 
-FREQUENCY, DAMPING, PARTICIPATION, SHAPE, INERTIA, GAIN, ALONG, LATERAL = KINDS = (
-    'frequency', 'damping', 'participation', 'shape', 'hub_inertia', 'gain', 'along', 'lateral')
+FREQUENCY, DAMPING, PARTICIPATION, SHAPE, INERTIA, GAIN, ALONG, LATERAL, FORCE = KINDS = (
+    'frequency', 'damping', 'participation', 'shape', 'hub_inertia', 'gain', 'along', 'lateral',
+    'force')
 AXES = ('x', 'y', 'z')
 PROBE_M = 1e-3          # step of the derivative of a shape by the place of its sensor
 
@@ -29,10 +31,10 @@ class Calibration:
     ----------
     names : tuple of str
         Of the m errors: the kind, and what it is of: 'frequency E1 3', 'shape E1 3 e1_a',
-        'hub_inertia x', 'gain e1_a', 'along e1_a'.
+        'hub_inertia x', 'gain e1_a', 'along e1_a', 'force E1 3'.
     values : tuple of float, (m,)
         Relative errors [1] of frequencies, participation, shapes, inertia and gains; logarithms
-        of damping ratios; metres of places.
+        of damping ratios and of forces on modes; metres of places.
     covariance : tuple of tuples, (m, m)
         What remains unknown of them; empty where they are taken for exact.
     recordings : tuple of str
@@ -88,6 +90,8 @@ def declared(spacecraft):
             found += [(f'{FREQUENCY} {of}', mode.frequency), (f'{DAMPING} {of}', mode.damping),
                       (f'{PARTICIPATION} {of}', mode.participation)]
             found += [(f'{SHAPE} {of} {s}', mode.shape) for s in sensors]
+            if spacecraft.excitation.process_noise_rms and not given.exact:
+                found.append((f'{FORCE} {of}', given.modal_force))
     found += [(f'{INERTIA} {axis}', given.hub_inertia) for axis in AXES]
     for sensor in spacecraft.sensors:
         found += [(f'{GAIN} {sensor.name}', given.gain),
@@ -95,6 +99,11 @@ def declared(spacecraft):
                   (f'{LATERAL} {sensor.name}', given.sensor_place_m)]
     kept = [(n, s) for n, s in found if s > 0.0]
     return tuple(n for n, _ in kept), np.array([s for _, s in kept])
+
+
+def of_recording(names):
+    """Return which errors every recording has on its own, ndarray of bool (m,)."""
+    return np.array([name.split()[0] == FORCE for name in names], bool)
 
 
 def with_errors(system, calibration, hub_inertia, slopes):
@@ -128,7 +137,7 @@ def with_errors(system, calibration, hub_inertia, slopes):
     if np.any(found.gains != 1.0):
         chain = (Mix(tuple(map(tuple, np.diag(found.gains).tolist()))), *chain)
     return replace(system, mass=found.mass, damping=found.damping, stiffness=found.stiffness,
-                   sensor=found.sensor, chain=chain)
+                   sensor=found.sensor, input=found.input, chain=chain)
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,7 +154,7 @@ class Numbers:
 
 def numbers_at(system, names, values, hub_inertia, slopes):
     """Return the Numbers of a system at values of named errors, (m,); see `with_errors`."""
-    where = places_of(tuple(names), system.dofs, system.channels)
+    where = places_of(tuple(names), system.dofs, system.channels, system.inputs)
     values = np.asarray(values)
     n, channels = len(system.dofs), len(system.channels)
 
@@ -170,7 +179,8 @@ def numbers_at(system, names, values, hub_inertia, slopes):
         sensor[i] += moved[i] @ slopes(i)
     return Numbers(mass, system.damping * np.outer(root, root),
                    system.stiffness * np.outer(frequency, frequency), sensor,
-                   1.0 + of(GAIN, channels), np.array(system.input))
+                   1.0 + of(GAIN, channels),
+                   system.input * np.exp(of(FORCE, len(system.inputs))))
 
 
 def with_frequencies(system, factors, damping=0.0):
@@ -197,7 +207,7 @@ def with_frequencies(system, factors, damping=0.0):
 
 
 @lru_cache(maxsize=64)
-def places_of(names, dofs, channels):
+def places_of(names, dofs, channels, inputs):
     """Return for every kind the indices of its errors, and where in its array they belong."""
     found = {kind: ([], []) for kind in KINDS}
     for i, name in enumerate(names):
@@ -207,6 +217,8 @@ def places_of(names, dofs, channels):
                 at = dofs.index(f'{of[0]}_eta{of[1]}')
             elif kind == SHAPE:
                 at = channels.index(of[2]), dofs.index(f'{of[0]}_eta{of[1]}')
+            elif kind == FORCE:
+                at = inputs.index(f'{of[0]}_force{of[1]}')
             elif kind == INERTIA:
                 at = AXES.index(of[0])
             else:

@@ -6,6 +6,8 @@ from ssi_ros.quantity import check, quantity
 # Standard deviations of a finite element model that nobody has tested: its frequencies err by 0.5
 # to 5 %, its damping by half, its shapes by a MAC of 0.9.
 FREQUENCY, DAMPING, SHAPE = 0.01, 0.3, 0.03
+# Random vibration tests hold a spectrum to +-3 dB, MIL-STD-1540; as two deviations, of amplitudes.
+FORCE = 0.17
 
 
 @dataclass(frozen=True)
@@ -33,7 +35,8 @@ class Uncertainty:
     Standard deviations of the numbers of a model, each error independent of all others.
 
     The defaults suit a finite element model that nobody has tested; 0 says that a number is exact.
-    Levels of the inputs are always free and need no declaration.
+    Levels of the inputs are always free and need no declaration; `modal_force` says how much the
+    forces on the modes differ in level from each other, in every recording anew.
     """
 
     frequency: float = quantity(FREQUENCY, low=0.0, high=0.5,
@@ -54,6 +57,9 @@ class Uncertainty:
     sensor_place_m: float = quantity(0.01, unit='m', low=0.0, high=10.0,
                                      doc='standard deviation of the place of every sensor, along '
                                          'the array and across')
+    modal_force: float = quantity(FORCE, low=0.0, high=3.0,
+                                  doc='standard deviation of the logarithm of the force on every '
+                                      'mode, over that on all of them')
     modes: tuple = field(default=(), metadata={'record': ModeUncertainty})
 
     def __post_init__(self):
@@ -61,7 +67,7 @@ class Uncertainty:
 
     @property
     def exact(self):
-        """Whether nothing is declared uncertain."""
+        """Whether no number of the structure is declared uncertain."""
         return not (self.modes or any((
             self.frequency, self.damping, self.participation, self.shape, self.hub_inertia,
             self.gain, self.sensor_place_m)))
@@ -75,4 +81,4 @@ class Uncertainty:
                                self.shape)
 
 
-EXACT = Uncertainty(*[0.0] * 7)     # of a model that is what is recorded, as in a simulation
+EXACT = Uncertainty(*[0.0] * 8)     # of a model that is what is recorded, as in a simulation

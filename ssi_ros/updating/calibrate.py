@@ -16,7 +16,7 @@ from ssi_ros.gap.spectra.imputation import completed
 from ssi_ros.gap.spectra.segmentation import frame_of
 from ssi_ros.integrity.missing import missing_of
 from ssi_ros.model.channels import of_channels, with_channels
-from ssi_ros.model.errors import Calibration, declared
+from ssi_ros.model.errors import Calibration, declared, of_recording
 from ssi_ros.model.spacecraft import Spacecraft
 from ssi_ros.model.uncertainty import EXACT
 from ssi_ros.updating.fit import ErrorFit, fit_errors
@@ -136,6 +136,7 @@ def calibrate(spacecraft, recordings, settings=DiagnosisSettings(), *, names=(),
                                before=found, recorded=recorded,
                                progress=lambda share: progress(0.2 + 0.4 * share))
         scatter = _scatter(side, beside, found, settings, (present, recorded))
+        found = _of_any_recording(found)
         calibrated = replace(bare, calibration=Calibration(
             errors, found.values, found.covariance + np.diag(scatter ** 2),
             tuple(map(str, names))))
@@ -206,17 +207,24 @@ def _beside(spacecraft, recordings, inputs, settings, present):
     return sides[0].spacecraft, beside, tuple(s.recorded for s in sides)
 
 
+def _of_any_recording(found):
+    """Return an ErrorFit without what the next recording has on its own: that is unknown."""
+    own = of_recording(found.names)
+    covariance = np.where(own[:, None] | own, np.diag(found.stds ** 2), found.covariance)
+    return replace(found, values=np.where(own, 0.0, found.values), covariance=covariance)
+
+
 def _scatter(spacecraft, recordings, found, settings, beside):
     """Return by how much errors differ from recording to recording beyond chance, (m,)."""
     present, recorded = beside
     if len(recordings) < 2:
         return np.zeros(len(found.names))
     each = [fit_errors(spacecraft, [r], found.names, found.stds, settings, present=present,
-                       before=replace(found, levels=(levels,)), recorded=(inputs,))
-            for r, levels, inputs in zip(recordings, found.levels, recorded)]
+                       before=found.of(i), recorded=(inputs,))
+            for i, (r, inputs) in enumerate(zip(recordings, recorded))]
     spread = np.var([f.values for f in each], axis=0, ddof=1)
     chance = np.mean([np.diag(f.covariance) for f in each], axis=0)
-    return np.sqrt(np.maximum(spread - chance, 0.0))
+    return np.where(of_recording(found.names), 0.0, np.sqrt(np.maximum(spread - chance, 0.0)))
 
 
 def _check(model, calibrated, samples, settings, beside):

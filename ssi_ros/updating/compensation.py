@@ -49,7 +49,7 @@ class Compensation:
             where = modes_at(names, model)
             self.index = {kind: where[kind] for kind in kinds}
             return
-        where = places_of(names, system.dofs, system.channels)
+        where = places_of(names, system.dofs, system.channels, system.inputs)
         self.index = {kind: dict(zip(where[kind][1].tolist(), where[kind][0].tolist()))
                       for kind in kinds}
 

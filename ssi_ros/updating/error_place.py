@@ -2,7 +2,8 @@
 Where a fit of a model's errors stands: likelihood, score and information of all recordings.
 
 The coordinates are the logarithms of the levels of every recording, the errors in declared
-deviations, and the numbers of the effects beside, eq. (163) of docs/theory-gap.md.
+deviations, and the numbers of the effects beside, eq. (163) of docs/theory-gap.md. Errors that
+every recording has on its own stand as often as there are recordings.
 """
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -40,8 +41,9 @@ class Problem:
     """What stays the same in a stage."""
 
     recordings: tuple
-    stds: np.ndarray        # (m,)
+    stds: np.ndarray        # (n,), of the errors of all recordings
     candidate: Candidate    # where its numbers begin
+    errors: tuple           # of every recording: where its errors are among all, (m,)
 
 
 class ErrorPlace:
@@ -55,13 +57,13 @@ class ErrorPlace:
         # by what errors change the matrices hardly depends on where they are
         self.changes = before.changes if before else None
         recordings, stds = problem.recordings, problem.stds
-        own = len(problem.candidate.point())
-        errors = len(x) - own - len(stds)
+        errors = len(x) - len(problem.candidate.point()) - len(stds)
         self.unit = x[errors:errors + len(stds)]
         self.logs = x[:errors].reshape(len(recordings), -1)
         self.candidate = problem.candidate.moved(x[errors + len(stds):])
         self.prior = level_prior(self.logs.shape[1])
-        self.sides = [r.simulator.at_errors(self.unit * stds) for r in recordings]
+        self.sides = [r.simulator.at_errors((self.unit * stds)[own])
+                      for r, own in zip(recordings, problem.errors)]
         self.now = [side.expected(self.candidate, np.exp(g))
                     for side, g in zip(self.sides, self.logs)]
         self.value = -np.inf
@@ -94,8 +96,10 @@ class ErrorPlace:
     @cached_property
     def plain(self):
         """Return the PlainSlopes of every recording, None where its spectrum is not plain."""
-        found = [plain_slopes(side, np.exp(g), self.problem.stds, self.candidate, changes)
-                 for side, g, changes in zip(self.sides, self.logs, self.changes or repeat(None))]
+        problem = self.problem
+        found = [plain_slopes(side, np.exp(g), problem.stds[own], self.candidate, changes)
+                 for side, g, own, changes in zip(self.sides, self.logs, problem.errors,
+                                                  self.changes or repeat(None))]
         self.changes = [p and p.changes for p in found]
         return found
 
@@ -139,10 +143,11 @@ class ErrorPlace:
 
     def _indices(self):
         """Yield where the levels of each recording and all else are in x."""
-        count = self.logs.shape[1]
-        for i in range(len(self.logs)):
-            yield np.append(np.arange(i * count, (i + 1) * count),
-                            np.arange(self.logs.size, len(self.x)))
+        (many, count), size = self.logs.shape, self.logs.size
+        numbers = np.arange(size + len(self.unit), len(self.x))
+        for i in range(many):
+            yield np.concatenate([np.arange(i * count, (i + 1) * count),
+                                  size + self.problem.errors[i], numbers])
 
     @cached_property
     def _others(self):
@@ -160,10 +165,10 @@ class ErrorPlace:
     def _quotients(self):
         """Return whitened quotients by the errors, (m, k l l), None where `plain` serves."""
         found = []
-        for plain, now, logs, side, white in zip(self.plain, self.now, self.logs, self.sides,
-                                                 self.white):
+        for plain, now, logs, side, white, own in zip(
+                self.plain, self.now, self.logs, self.sides, self.white, self.problem.errors):
             levels = np.exp(logs)
             found.append(None if plain else white.directions([
                 c.mean(axis=0, keepdims=True) for c in slopes(
-                    side, now.at(levels), levels, self.problem.stds, self.candidate)])[:, 0])
+                    side, now.at(levels), levels, self.problem.stds[own], self.candidate)])[:, 0])
         return found

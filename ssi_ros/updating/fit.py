@@ -18,7 +18,7 @@ from ssi_ros.gap.inference.model_fit import scales_of
 from ssi_ros.gap.nominal.simulator import Simulator
 from ssi_ros.gap.selection.evidence import log_prior_ratio
 from ssi_ros.gap.spectra.segmentation import frame_of
-from ssi_ros.model.errors import Calibration
+from ssi_ros.model.errors import Calibration, of_recording
 from ssi_ros.updating.error_place import ErrorPlace, Problem, Recording
 
 LEAST_ROWS = 40         # of a segment
@@ -35,20 +35,29 @@ class ErrorFit:
     """Errors of a model at their most probable values, and the effect that was fitted beside."""
 
     names: tuple            # (m,)
-    values: np.ndarray      # (m,), in the units of Calibration
+    values: np.ndarray      # (m,), in the units of Calibration, of the first recording
     stds: np.ndarray        # (m,), declared
-    information: np.ndarray  # (m, m), of the recordings alone, in deviations, all else profiled
+    information: np.ndarray  # (n, n), of the recordings alone, in deviations, all else profiled
     levels: tuple           # of every recording
     log_likelihood: float   # with the prior
     covariance: np.ndarray  # (m, m), what remains unknown of the values
     candidate: Candidate    # at its most probable numbers
     of_candidate: np.ndarray    # (q, q), covariance of its coordinates, errors projected out
     correlation: object     # Correlation of the first recording
+    others: object = ()     # errors that each later recording has on its own, (r - 1, f)
 
     @property
     def occam(self):
         """Return the log of posterior over prior volume of the errors."""
-        return -np.linalg.slogdet(self.information + np.eye(len(self.values)))[1] / 2
+        return -np.linalg.slogdet(self.information + np.eye(len(self.information)))[1] / 2
+
+    def of(self, number):
+        """Return the fit as that of one of its recordings alone begins."""
+        values = self.values.copy()
+        if number:
+            values[of_recording(self.names)] = self.others[number - 1]
+        return replace(self, values=values, levels=(self.levels[number],),
+                       others=())
 
     @property
     def log_evidence(self):
@@ -91,13 +100,16 @@ def fit_errors(spacecraft, samples, names, stds, settings, *, present=(), before
 
     """
     spacecraft = replace(spacecraft, calibration=Calibration(names, np.zeros(len(names))))
-    start, schedules = (None, np.zeros(len(names)), candidate), [[settings.segment_s]]
+    errors, every = errors_of(names, len(samples)), np.append(
+        stds, np.tile(stds[of_recording(names)], len(samples) - 1))
+    start, schedules = (None, np.zeros(len(every)), candidate), [[settings.segment_s]]
     if before is None:
         least_s = max(LEAST_ROWS / samples[0].rate_hz, 1.0)
         schedules = [[settings.segment_s / k for k in shares if settings.segment_s / k > least_s]
                      + FULL * [settings.segment_s] for shares in SCHEDULES]
     else:
-        start = np.log(np.ravel(before.levels)), np.array(before.values), candidate
+        start = (np.log(np.ravel(before.levels)),
+                 np.append(before.values, np.ravel(before.others)), candidate)
     own = recorded if len(recorded) > 1 else repeat(*recorded)
     ends, done, total = [], 0, sum(map(len, schedules))
     for schedule in schedules:
@@ -108,11 +120,12 @@ def fit_errors(spacecraft, samples, names, stds, settings, *, present=(), before
             last = number == len(schedule) - 1
             if segment_s == settings.segment_s and at[0] is not None:
                 logs = np.reshape(at[0], (len(recordings), -1))
-                recordings = [r.correlated(g, *at[1:]) for r, g in zip(recordings, logs)]
-            here = climbed(recordings, stds, *at,
+                recordings = [r.correlated(g, at[1][e], at[2])
+                              for r, g, e in zip(recordings, logs, errors)]
+            here = climbed(Problem(recordings, every, at[2], errors), *at[:2],
                            (steps or LAST_STEPS) if last else STAGE_STEPS)
             if here is not None:            # else the next stage tries from the same place
-                at = here.logs.ravel(), here.unit * stds, here.candidate
+                at = here.logs.ravel(), here.unit * every, here.candidate
             done += 1
             progress(done / total)
         ends += [here] if here is not None else []
@@ -121,27 +134,36 @@ def fit_errors(spacecraft, samples, names, stds, settings, *, present=(), before
                          'spectrum is not finite')
     best = max(ends, key=lambda here: here.value)
     of_errors, unknown, of_candidate = _profiled(best, scales_of(candidate))
-    return ErrorFit(names, best.unit * stds, stds, of_errors, tuple(np.exp(best.logs)),
-                    best.value, stds[:, None] * unknown * stds, best.candidate, of_candidate,
-                    best.problem.recordings[0].correlation)
+    values, first = best.unit * every, errors[0]
+    return ErrorFit(names, values[first], stds, of_errors, tuple(np.exp(best.logs)), best.value,
+                    stds[:, None] * unknown[np.ix_(first, first)] * stds, best.candidate,
+                    of_candidate, best.problem.recordings[0].correlation,
+                    values[len(names):].reshape(len(samples) - 1, of_recording(names).sum()))
 
 
-def climbed(recordings, stds, levels, values, candidate, steps):
+def errors_of(names, count):
+    """Return where the errors (m,) of each of `count` recordings are among those of all."""
+    own, m = of_recording(names), len(names)
+    found = [np.arange(m)]
+    for number in range(count - 1):
+        at = np.arange(m)
+        at[own] = m + own.sum() * number + np.arange(own.sum())
+        found.append(at)
+    return tuple(found)
+
+
+def climbed(problem, levels, values, steps):
     """
     Climb to the most probable errors, levels and numbers of a candidate.
 
     Parameters
     ----------
-    recordings : sequence of Recording
-        Of one spacecraft.
-    stds : ndarray, (m,)
-        Declared deviations of the errors.
+    problem : Problem
+        Recordings of one spacecraft, and where the numbers of the candidate begin.
     levels : ndarray or None
         Logarithms of the levels of all recordings to begin at, 0 if None.
-    values : ndarray, (m,)
+    values : ndarray, (n,)
         Errors to begin at, in the units of `Calibration`.
-    candidate : Candidate
-        Effects beside, where their numbers begin.
     steps : int
         At most.
 
@@ -151,12 +173,12 @@ def climbed(recordings, stds, levels, values, candidate, steps):
         With `value`, the log likelihood with all priors, and `unit`, the errors in deviations.
 
     """
-    there = recordings[0].simulator.expected(candidate)
-    count = len(there.names) * len(recordings)
+    candidate, stds = problem.candidate, problem.stds
+    there = problem.recordings[0].simulator.expected(candidate)
+    count = len(there.names) * len(problem.recordings)
     if levels is None or len(levels) != count:
         levels = np.zeros(count)
-    begin = ErrorPlace(Problem(recordings, stds, candidate),
-                       np.concatenate([levels, values / stds, candidate.point()]))
+    begin = ErrorPlace(problem, np.concatenate([levels, values / stds, candidate.point()]))
     caps = np.concatenate([np.full(count, LEVEL_CAP), np.full(len(stds), CAP),
                            LEVEL_CAP * scales_of(candidate)])
     return maximise(begin, caps, steps)[0] if np.isfinite(begin.value) else None

@@ -90,7 +90,7 @@ def known_by_recordings(calibration):
     return ErrorPrior(calibration.names, root, np.zeros(len(root)))
 
 
-def relinearised(side, whitened):
+def relinearised(side, whitened, uncertainty):
     """
     Return a model side and its ErrorPrior at the most probable errors beside a record.
 
@@ -102,10 +102,12 @@ def relinearised(side, whitened):
     side : Side
         Where the model stands.
     whitened : Whitened
-        The record by the model without effects.
+        The record by the model with an effect, or without.
+    uncertainty : ModelUncertainty
+        Around that.
 
     """
-    uncertainty, prior = side.uncertainty, side.prior
+    prior = side.prior
     values = uncertainty.errors(uncertainty.profile(uncertainty.taken_out(whitened))[1])
     if np.abs(values @ uncertainty.vectors).max() < BENT:
         return None

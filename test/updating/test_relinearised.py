@@ -36,7 +36,8 @@ def test_errors_move_to_where_the_record_has_them(comparison):
     """Towards the damping of the record, by deviations that the prior counts, step after step."""
     at = comparison.simulator.spacecraft.calibration.names.index('damping E1 1')
     before = comparison.here
-    moved = relinearised(before, whiten(comparison.null.state.plain, comparison.record.spectra))
+    moved = relinearised(before, whiten(comparison.null.state.plain, comparison.record.spectra),
+                         before.uncertainty)
     assert moved is not None
     for _ in range(3):
         side, prior = moved
@@ -48,7 +49,8 @@ def test_errors_move_to_where_the_record_has_them(comparison):
         before = stand(side, prior, comparison.null.levels, comparison.settings)
         found = fit(side, comparison.record.spectra, levels=comparison.null.levels,
                     uncertainty=before.uncertainty)
-        moved = relinearised(before, whiten(found.plain, comparison.record.spectra))
+        moved = relinearised(before, whiten(found.plain, comparison.record.spectra),
+                             before.uncertainty)
         if moved is None:
             break
     assert abs(value) < OFF / 2

@@ -57,7 +57,7 @@ def test_the_place_of_a_sensor_moves_its_row():
 def test_what_is_known_of_one_mode_is_taken():
     """A number of one mode replaces that of all; what is exact is no error."""
     given = Uncertainty(frequency=0.02, damping=0.0, participation=0.0, shape=0.0,
-                        hub_inertia=0.0, gain=0.0, sensor_place_m=0.0,
+                        hub_inertia=0.0, gain=0.0, sensor_place_m=0.0, modal_force=0.0,
                         modes=(ModeUncertainty('E2', 3, frequency=0.001, damping=0.0,
                                                participation=0.0, shape=0.0),))
     names, stds = declared(replace(model(), uncertainty=given))

@@ -46,9 +46,9 @@ def detect_clipping(effect, samples):
 
 @detects('dropped_samples', of='samples')
 def detect_dropouts(effect, samples):
-    """Detect rows that are missing at random; a gap is no such loss."""
-    share = lost_at_random(np.isnan(samples.values).any(axis=1),
-                           SPECTRA.gap_s.value * samples.rate_hz)
+    """Detect samples of a channel that are missing at random; a gap is no such loss."""
+    longest = SPECTRA.gap_s.value * samples.rate_hz
+    share = float(np.mean([lost_at_random(m, longest) for m in np.isnan(samples.values).T]))
     if not share:
         return None
     return Detection.of_effect(effect(fraction=share), 0.0,

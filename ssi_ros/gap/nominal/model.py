@@ -6,12 +6,9 @@ import numpy as np
 from ssi_ros.effects import library
 from ssi_ros.gap.check import match, TooLittleData
 from ssi_ros.gap.detectors import detect_in_samples
-from ssi_ros.gap.inference.whittle import whiten
 from ssi_ros.gap.nominal.model_comparison import ModelComparison
 from ssi_ros.gap.nominal.simulator import Simulator
 from ssi_ros.gap.nominal.thresholds import LIMITS
-from ssi_ros.gap.selection.search import Search
-from ssi_ros.gap.selection.thresholds import SELECTION
 from ssi_ros.gap.spectra.imputation import completed, without_clipped
 from ssi_ros.gap.spectra.segmentation import frame_of
 from ssi_ros.inputs.adapted import adapted_beside
@@ -22,9 +19,9 @@ from ssi_ros.model.spacecraft import Spacecraft
 from ssi_ros.records import Samples
 from ssi_ros.updating.adapt import adapt
 from ssi_ros.updating.adapted_comparison import AdaptedComparison
-from ssi_ros.updating.prior import known_by_recordings, relinearised
+from ssi_ros.updating.prior import known_by_recordings
+from ssi_ros.updating.settled import best_of, explains, is_better, search_of, settled
 
-ROUNDS = 3              # in which a calibrated model moves to where its spectrum is linear
 REFILLS = 8             # of the gaps of a record by a model that is moved, at most,
 SETTLED = 0.05          # until no error moves by so many of its deviations
 
@@ -81,26 +78,26 @@ class ModelNominal:
 
         as_it_is = beside(simulator, prior)
         if prior:
-            return _settled(as_it_is, beside)
+            return settled(as_it_is, beside)
         doubt = as_it_is.doubtful       # errors of a model turn phases, and raise levels
-        if spacecraft.uncertainty.exact or _explains(as_it_is) and not doubt:
+        if spacecraft.uncertainty.exact or explains(as_it_is) and not doubt:
             return as_it_is
         # what is as far as this is wrong itself, more probably than one effect is so large
         wrong = doubt or as_it_is.goodness_of_fit(as_it_is.null).lost > LIMITS.wrong_model.value
-        best, explains = (None, False) if wrong else _best(as_it_is)
-        if explains:
+        best, done = (None, False) if wrong else best_of(as_it_is)
+        if done:
             return as_it_is
         if self.inputs is None:
             adapted, record = _adapted(simulator, record, settings, progress)
         else:
             adapted, record = adapted_beside(spacecraft, simulator, record, settings, progress)
         moved = AdaptedComparison(simulator, adapted, record, settings, effects, progress)
-        if doubt or _explains(moved):
+        if doubt or explains(moved):
             return moved
-        there = next(iter(_search(moved).singles()), None)
+        there = next(iter(search_of(moved).singles()), None)
         if wrong and not (there and moved.needs_errors(there.fit)):
-            best, explains = _best(as_it_is)
-        return as_it_is if explains or _is_better(best, there, moved) else moved
+            best, done = best_of(as_it_is)
+        return as_it_is if done or is_better(as_it_is, best, there, moved) else moved
 
     def ready(self, samples, settings):
         """Return the model of the channels there are, its side, a Record and its levels."""
@@ -151,65 +148,6 @@ def _used(samples, frame):
     share = frame.segments * frame.rows / len(samples.values)
     return (f'{frame.segments} segments of {frame.span_s:.3g} s between the gaps are used, '
             f'{100 * share:.0f} % of the record',)
-
-
-def _settled(comparison, beside):
-    """Return a calibrated comparison where its spectrum is linear, if it explains the record."""
-    moved = comparison
-    if _is_far(comparison, comparison.null) or _explains(comparison):
-        return comparison
-    for _ in range(ROUNDS):
-        there = relinearised(moved.here, whiten(moved.null.state.plain, moved.record.spectra))
-        if there is None:
-            break
-        moved = beside(*there)
-        # scores are standardised along any direction, so that those of a model near by will do
-        moved.templates, moved.unmodelled = comparison.templates, comparison.unmodelled
-    if moved is comparison or _explains(moved):
-        return moved
-    # an effect may have moved the errors as well: where it is fitted beside them decides
-    best, explains = _best(comparison, pairs=False)
-    if explains:
-        return comparison
-    there = next(iter(_search(moved).singles()), None)
-    return moved if best and there and there.log_evidence > best.log_evidence else comparison
-
-
-def _explains(comparison):
-    """Return whether a model explains the record without any effect."""
-    if comparison.mismatch:
-        return True
-    return not _is_far(comparison, comparison.null) and comparison.residual(
-        comparison.null).p_value > comparison.settings.false_alarm
-
-
-def _is_better(best, there, moved):
-    """Return whether what explains nothing is more probable than what a moved model has."""
-    return best and there and best.log_evidence > there.log_evidence and moved.residual(
-        there.fit).p_value < SELECTION['residual_p'].value
-
-
-def _is_far(comparison, fit):
-    """Return whether a fit leaves so much that no other test has to be asked."""
-    return comparison.goodness_of_fit(fit).deviations > SELECTION['far'].value
-
-
-def _search(comparison):
-    found = comparison.residual(comparison.null)
-    return Search(comparison, found, comparison.settings, lambda share: None)
-
-
-def _best(comparison, pairs=True):
-    """Return the best explanation beside a model, or None, and whether it is one."""
-    search = _search(comparison)
-    ranked = search.singles()
-    # two effects are tried where the rest is small enough to be another one
-    if not ranked or _is_far(comparison, ranked[0].fit):
-        return next(iter(ranked), None), False
-    residual, limit = comparison.residual(ranked[0].fit), SELECTION['residual_p'].value
-    if pairs and residual.p_value < limit:
-        ranked, residual = search.with_pairs(ranked, residual)
-    return ranked[0], residual.p_value >= limit
 
 
 @dataclass(frozen=True, eq=False)

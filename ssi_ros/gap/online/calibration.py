@@ -20,7 +20,7 @@ from ssi_ros.gap.spectra.segmentation import Frame, make_frame, spectra
 from ssi_ros.hermitian import hermitian, inverse_root, real_vectors, white
 from ssi_ros.quantity import check, quantity
 from ssi_ros.records import Samples
-from ssi_ros.updating.live_bias import largest_bias
+from ssi_ros.updating.live_bias import bet_beside, largest_bias
 
 COARSE = 12             # bands in which the power of each channel is watched, whatever the cause
 CALIBRATION_HOPS = 1000
@@ -207,7 +207,7 @@ def _bank(model, variances):
     """Return the bets: the effects of the library share its part of the mixture evenly."""
     # what a calibration has left unknown is no gap: a bet pays for the largest bias
     names, count = model.names, model.line.shape[1]
-    bias = largest_bias(model.simulator, model.templates, model.frame.inflation)
+    bias, of_lines = largest_bias(model)
     known, found = set(names) - {'unknown'}, []
     for i, (name, row) in enumerate(zip(names, model.templates)):
         part = SHARES['power'] if name == 'unknown' else SHARES['library'] / len(known)
@@ -215,9 +215,9 @@ def _bank(model, variances):
         bets = bets_on(eigenvalues.ravel(), model.frame.inflation, variances[i])
         found += [(i, tilt, price + abs(tilt) * bias[i], part / names.count(name) / len(bets))
                   for tilt, price in bets]
-    for i, variance in enumerate(variances[len(names):], len(names)):
+    for i, (variance, bias) in enumerate(zip(variances[len(names):], of_lines), len(names)):
         # an exponential variable of mean 1 less 1, in one bin without neighbours
-        bets = [b for b in bets_on(np.ones(1), 1.0, variance) if b[0] > 0.0]
+        bets = [bet_beside(bias, *b) for b in bets_on(np.ones(1), 1.0, variance) if b[0] > 0.0]
         found += [(i, *b, SHARES['line'] / len(model.line) / len(bets)) for b in bets]
     statistic, tilt, price, weight = np.array(found).T
     return Bank(statistic.astype(int), tilt, price, np.log(weight / weight.sum()))

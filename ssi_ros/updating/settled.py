@@ -1,0 +1,118 @@
+"""
+Which model stands beside a record: as it is, or moved to where its spectrum is linear in errors.
+
+What a calibration leaves unknown is fitted beside every effect as directions of the spectrum. A
+damping that is half of what was thought, or a force on a mode that is 3 dB higher than it was,
+changes a resonance by more than a direction says: then the model moves, within its prior, to the
+most probable errors of the record, alone or beside the effect that explains most.
+"""
+from ssi_ros.gap.inference.whittle import whiten
+from ssi_ros.gap.selection.search import Search
+from ssi_ros.gap.selection.thresholds import SELECTION
+from ssi_ros.updating.prior import relinearised
+
+ROUNDS = 3              # in which a model moves to where its spectrum is linear
+
+
+def settled(comparison, beside):
+    """
+    Return a calibrated model beside a record, moved where that explains the record better.
+
+    Parameters
+    ----------
+    comparison : ModelComparison
+        The model as its calibration left it.
+    beside : callable
+        From a simulator and an ErrorPrior to a ModelComparison of the same record.
+
+    Returns
+    -------
+    ModelComparison
+
+    """
+    if explains(comparison):
+        return comparison
+    alone = None
+    if not is_far(comparison, comparison.null):
+        alone = _moved(comparison, beside)
+        if alone is not comparison and explains(alone):
+            return alone
+    best, done = best_of(comparison, pairs=False)
+    if done:
+        return comparison
+    tried = [(comparison, best)] if best else []
+    # an effect and errors beside it: without it errors would take up a part of what it does
+    for candidate in (best.fit.candidate, None) if best else (None,):
+        there = alone if alone and not candidate else _moved(comparison, beside, candidate)
+        if there is not comparison:
+            own, done = best_of(there, pairs=False)
+            if done:
+                return there
+            tried += [(there, own)] if own else []
+    return max(tried, key=lambda each: _left(*each))[0] if tried else comparison
+
+
+def _moved(comparison, beside, candidate=None):
+    """Return a comparison whose model is at the most probable errors, beside a candidate or not."""
+    moved, spectra = comparison, comparison.record.spectra
+    for _ in range(ROUNDS):
+        found, around = moved.null, moved.here.uncertainty
+        if candidate:
+            found = moved.fit(candidate, thorough=False)
+            if found is None:
+                break
+            candidate = found.candidate
+            around = moved.here.around(candidate, found.levels, moved.settings)
+        there = relinearised(moved.here, whiten(found.state.plain, spectra), around)
+        if there is None:
+            break
+        moved = beside(*there)
+        # scores are standardised along any direction, so that those of a model near by will do
+        moved.templates, moved.unmodelled = comparison.templates, comparison.unmodelled
+    return moved
+
+
+def _left(comparison, best):
+    """Return how little a fit leaves of the record: the more, the better."""
+    residual = comparison.residual(best.fit)
+    return residual.p_value, -residual.gap.deviations
+
+
+def explains(comparison):
+    """Return whether a model explains the record without any effect."""
+    if comparison.mismatch:
+        return True
+    return not is_far(comparison, comparison.null) and comparison.residual(
+        comparison.null).p_value > comparison.settings.false_alarm
+
+
+def is_better(comparison, best, there, moved):
+    """Return whether the best beside a model is more probable than that beside a moved one."""
+    # errors that are linear make a likelihood too large: what explains less is not better
+    left = moved.residual(there.fit).p_value if best and there else 1.0
+    return left < SELECTION['residual_p'].value and best.log_evidence > there.log_evidence and (
+        comparison.residual(best.fit).p_value > left)
+
+
+def is_far(comparison, fit):
+    """Return whether a fit leaves so much that no other test has to be asked."""
+    return comparison.goodness_of_fit(fit).deviations > SELECTION['far'].value
+
+
+def search_of(comparison):
+    """Return the Search of a comparison, before any fit."""
+    found = comparison.residual(comparison.null)
+    return Search(comparison, found, comparison.settings, lambda share: None)
+
+
+def best_of(comparison, pairs=True):
+    """Return the best explanation beside a model, or None, and whether it is one."""
+    search = search_of(comparison)
+    ranked = search.singles()
+    # two effects are tried where the rest is small enough to be another one
+    if not ranked or is_far(comparison, ranked[0].fit):
+        return next(iter(ranked), None), False
+    residual, limit = comparison.residual(ranked[0].fit), SELECTION['residual_p'].value
+    if pairs and residual.p_value < limit:
+        ranked, residual = search.with_pairs(ranked, residual)
+    return ranked[0], residual.p_value >= limit
