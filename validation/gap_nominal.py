@@ -9,7 +9,7 @@ The spacecraft that is recorded differs from its model by `--errors` in each fre
 deviation), by exp(0.3 n) in each damping ratio, by three times as much in participation and shape,
 by twice as much in the inertia of the hub, by 0.1 % in gains and 1 cm in the places of the
 sensors. Levels of torque and of process noise differ by +-6 dB, each on its own, from the model
-and from record to record. Every craft has one record without effect and CASES with one; sizes are
+and from record to record, and the force on every mode by +-3 dB from those on the others. Every craft has one record without effect and CASES with one; sizes are
 in units of d' with the covariance that the nominal leaves.
 """
 import argparse
@@ -25,12 +25,12 @@ from ssi_ros.gap.driver import diagnose
 from ssi_ros.gap.inference.whittle import BLAS, whiten
 from ssi_ros.gap.spectra.segmentation import Frame
 from ssi_ros.model import load_spacecraft
-from ssi_ros.model.errors import Calibration, declared
+from ssi_ros.model.errors import Calibration, declared, of_recording
 from ssi_ros.model.uncertainty import Uncertainty
 from ssi_ros.updating.calibrate import calibrate
 from ssi_ros.updating.correlation import heights_of
-from ssi_ros.updating.error_place import Recording
-from ssi_ros.updating.fit import climbed
+from ssi_ros.updating.error_place import Problem, Recording
+from ssi_ros.updating.fit import climbed, errors_of
 from ssi_ros.updating.prior import error_directions, ErrorPrior, known_by_recordings
 from ssi_ros.updating.slopes import is_plain
 from validation.gap_campaign import draw, Oracle, SECONDS, summary
@@ -38,7 +38,7 @@ from validation.gap_campaign import draw, Oracle, SECONDS, summary
 CLIMB = 10              # steps to the most probable errors
 CASES = 5               # effects a craft
 DETECTION = 8.0         # d' of every effect
-LEVEL_DB = 6.0
+LEVEL_DB, FORCE_DB = 6.0, 3.0
 
 
 def uncertainty(errors):
@@ -55,12 +55,14 @@ def wrong(spacecraft, rng):
 
 
 def at_other_levels(spacecraft, rng):
-    """Return a spacecraft whose inputs have other levels, each on its own."""
+    """Return a spacecraft whose inputs have other levels, those of all modes included."""
     torque, process = 10 ** (rng.uniform(-LEVEL_DB, LEVEL_DB, 2) / 20)
-    e = spacecraft.excitation
+    e, known = spacecraft.excitation, spacecraft.calibration
+    forces = rng.uniform(-FORCE_DB, FORCE_DB, len(known.names)) * np.log(10) / 20
     return replace(spacecraft, excitation=replace(
         e, torque_rms_n_m=tuple(float(torque * t) for t in e.torque_rms_n_m),
-        process_noise_rms=float(e.process_noise_rms * process)))
+        process_noise_rms=float(e.process_noise_rms * process)), calibration=replace(
+            known, values=np.where(of_recording(known.names), forces, known.values)))
 
 
 def oracle_of(nominal, prior):
@@ -102,7 +104,7 @@ class WideOracle(Oracle):
     def __init__(self, truth):
         super().__init__(truth)
         self.start = np.array(truth.calibration.values)
-        self.stds, self.shrinkage = declared(truth)[1], None
+        (self.names, self.stds), self.shrinkage = declared(truth), None
 
     def detection(self, effect):
         """Return d' of an effect."""
@@ -122,7 +124,8 @@ class WideOracle(Oracle):
         return float(np.sqrt(2 * max(begin + self.shrinkage - without, 0.0)))
 
     def _climbed(self, recording, candidate):
-        return climbed([recording], self.stds, None, self.start, candidate, CLIMB)
+        return climbed(Problem((recording,), self.stds, candidate,
+                               errors_of(self.names, 1)), None, self.start, CLIMB)
 
 
 def crafts(kind, errors, first):
@@ -154,8 +157,8 @@ def run(kind, count, errors, out, first, only=()):
             try:
                 if case:
                     # sized at the levels of the record, around the truth where the prior is wide
-                    side = replace(truth if kind == 'alone' else nominal,
-                                   excitation=recorded.excitation)
+                    side = recorded if kind == 'alone' else replace(
+                        nominal, excitation=recorded.excitation)
                     name = names[(CASES * number + case - 1) % len(names)]
                     effects = [draw(rng, WideOracle(side) if kind == 'alone'
                                     else oracle_of(side, prior), name,

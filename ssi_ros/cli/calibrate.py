@@ -17,7 +17,7 @@ HELP = 'move a model onto healthy recordings'
 EXAMPLE = 'ssi_ros calibrate healthy --output calibrated.yaml'
 KINDS = (('frequency', 100.0, '%'), ('damping', 100.0, '%'), ('participation', 100.0, '%'),
          ('shape', 100.0, '%'), ('hub_inertia', 100.0, '%'), ('gain', 100.0, '%'),
-         ('along', 1e3, 'mm'), ('lateral', 1e3, 'mm'), ('force', 100.0, '%'))
+         ('along', 1e3, 'mm'), ('lateral', 1e3, 'mm'))
 MOVED = 2.0             # declared deviations from which an error is listed on its own
 LISTED = 12
 

@@ -97,6 +97,7 @@ def _known(model):
         ('participation', given.participation), ('shapes', given.shape),
         ('inertia of the hub', given.hub_inertia), ('gains', given.gain)) if value]
     parts += [f'places of sensors {1000 * given.sensor_place_m:g} mm'] * bool(given.sensor_place_m)
+    parts += [f'forces on the modes {100 * given.modal_force:g} %'] * bool(given.modal_force)
     parts += [f'{len(given.modes)} modes on their own'] * bool(given.modes)
     return 'declared standard deviations (uncertainty:): ' + ', '.join(parts)
 

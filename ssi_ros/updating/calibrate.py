@@ -57,12 +57,14 @@ class Calibrated:
 
     @property
     def moved(self):
-        """Return a Moved for every number, the largest in declared deviations first."""
+        """Return a Moved for every number of the model, the largest in deviations first."""
         calibration = self.spacecraft.calibration
         every = dict(zip(calibration.names, np.sqrt(np.diag(np.array(calibration.covariance)))))
         rows = map(Moved, self.fit.names, self.fit.values, self.fit.stds,
                    (every[name] for name in self.fit.names), self.scatter)
-        return sorted(rows, key=lambda m: -abs(m.value / m.declared))
+        own = of_recording(self.fit.names)
+        return sorted((m for m, free in zip(rows, own) if not free),
+                      key=lambda m: -abs(m.value / m.declared))
 
     @property
     def explains(self):
@@ -136,6 +138,7 @@ def calibrate(spacecraft, recordings, settings=DiagnosisSettings(), *, names=(),
                                before=found, recorded=recorded,
                                progress=lambda share: progress(0.2 + 0.4 * share))
         scatter = _scatter(side, beside, found, settings, (present, recorded))
+        notes += _words_of_forces(found)
         found = _of_any_recording(found)
         calibrated = replace(bare, calibration=Calibration(
             errors, found.values, found.covariance + np.diag(scatter ** 2),
@@ -205,6 +208,14 @@ def _beside(spacecraft, recordings, inputs, settings, present):
         sides.append(side)
         beside.append(record.samples)
     return sides[0].spacecraft, beside, tuple(s.recorded for s in sides)
+
+
+def _words_of_forces(found):
+    """Return a sentence on how much the forces on the modes differ, if there are any."""
+    own = of_recording(found.names)
+    logs = np.append(found.values[own], np.ravel(found.others))
+    return (f'the forces on the modes differ by {100 * np.sqrt(np.mean(logs ** 2)):.0f} % (rms) '
+            'from one level; every recording has its own',) if own.any() else ()
 
 
 def _of_any_recording(found):

@@ -18,9 +18,9 @@ from ssi_ros.updating.fit import fit_errors
 
 LEAST_GAIN = 5.0        # nats of evidence for a colour: odds of 150 to 1
 WHITE = 10.0            # corners so many times the rate change a power by less than 0.3 %
-TRIED = 3               # steps of a first fit
+TRIED = 4               # steps of a first fit
 VAGUE = 1.0             # deviation of the logarithm of a corner that says nothing of it
-BEGIN = 0.5             # of the rate, the highest frequency there is
+BEGIN = 1.0             # of the rate: a fifth less power at the highest frequency there is
 
 
 @dataclass(frozen=True)

@@ -6,12 +6,16 @@ damping that is half of what was thought, or a force on a mode that is 3 dB high
 changes a resonance by more than a direction says: then the model moves, within its prior, to the
 most probable errors of the record, alone or beside the effect that explains most.
 """
+import numpy as np
+from scipy.stats import chi2
+
 from ssi_ros.gap.inference.whittle import whiten
 from ssi_ros.gap.selection.search import Search
 from ssi_ros.gap.selection.thresholds import SELECTION
 from ssi_ros.updating.prior import relinearised
 
 ROUNDS = 3              # in which a model moves to where its spectrum is linear
+UNUSUAL = 0.01          # chance of errors so far off, below which an effect may have moved them
 
 
 def settled(comparison, beside):
@@ -35,7 +39,8 @@ def settled(comparison, beside):
     alone = None
     if not is_far(comparison, comparison.null):
         alone = _moved(comparison, beside)
-        if alone is not comparison and explains(alone):
+        if alone is not comparison and (explains(alone) or (
+                _is_usual(alone) and best_of(alone, pairs=False)[1])):
             return alone
     best, done = best_of(comparison, pairs=False)
     if done:
@@ -72,9 +77,17 @@ def _moved(comparison, beside, candidate=None):
     return moved
 
 
+def _is_usual(moved):
+    """Return whether errors are as far as those of records without an effect would be."""
+    side = moved.here
+    information = moved.record.spectra.frame.segments * side.errors.products
+    seen = np.sum(1 - 1 / (1 + np.linalg.eigvalsh(information)))
+    return chi2.sf(side.prior.offset @ side.prior.offset, seen) > UNUSUAL
+
+
 def _left(comparison, best):
     """Return how little a fit leaves of the record: the more, the better."""
-    residual = comparison.residual(best.fit)
+    residual = comparison.residual(best.fit, simulated=False)
     return residual.p_value, -residual.gap.deviations
 
 
@@ -112,7 +125,8 @@ def best_of(comparison, pairs=True):
     # two effects are tried where the rest is small enough to be another one
     if not ranked or is_far(comparison, ranked[0].fit):
         return next(iter(ranked), None), False
-    residual, limit = comparison.residual(ranked[0].fit), SELECTION['residual_p'].value
+    residual = comparison.residual(ranked[0].fit, simulated=pairs)
+    limit = SELECTION['residual_p'].value
     if pairs and residual.p_value < limit:
         ranked, residual = search.with_pairs(ranked, residual)
     return ranked[0], residual.p_value >= limit

@@ -79,9 +79,12 @@ def _climb(problem, candidate, levels, steps, known=None):
         return None
     caps = np.concatenate([np.full(len(logs), LONGEST), LONGEST * scales])
     here, information = maximise(here, caps, steps)
-    return None if here is None else Fit(
-        here.candidate, np.exp(here.logs), here.value,
-        here.uncertainty.corrected(here.model, here.whitened), here.model, tuple(here.shares()),
+    if here is None:
+        return None
+    corrected = here.uncertainty.corrected(here.model, here.whitened)
+    return Fit(
+        here.candidate, np.exp(here.logs), here.value_of(corrected), corrected, here.model,
+        tuple(here.shares()),
         covariance(information, caps)[len(logs):, len(logs):],
         (here.now, here.changes) if here.now.near else None)
 
@@ -103,10 +106,21 @@ class _Place:
         if np.isfinite(self.value):
             self.whitened = self.uncertainty.taken_out(self.whitened)
             self.value = self.whitened.likelihood
-            gain, self.most, self.inverse = self.uncertainty.profile(self.whitened)
-            self.value += gain - float(self.prior @ logs ** 2) / 2
+            self.gain, self.most, self.inverse = self.uncertainty.profile(self.whitened)
+            self.value += self.gain - float(self.prior @ logs ** 2) / 2
             before, after = (np.sum(np.square(u.offset)) for u in (free, self.uncertainty))
             self.value += float(before - after) / 2
+
+    def value_of(self, corrected):
+        """Return the likelihood at the most probable errors, of a spectrum corrected by them."""
+        free = self.uncertainty
+        if free.into is None or corrected is self.model:
+            return self.value
+        # far from where a spectrum is linear, a quadratic promises what no errors reach
+        errors = free.errors(self.most)
+        moved = np.sum(np.square(errors + free.offset)) - np.sum(np.square(free.offset))
+        there = free.taken_out(whiten(corrected, self.problem.evidence)).likelihood
+        return self.value - self.gain + there - self.whitened.likelihood - float(moved) / 2
 
     def at(self, x):
         """Return the place at other coordinates; None where the candidate cannot exist."""

@@ -142,13 +142,13 @@ class ModelComparison(Comparison):
         return scatter_of(self.simulator, self.null.state, self.record.spectra, BootstrapTests(
             self.templates, self.unmodelled, self.here.uncertainty, self.settings))
 
-    def residual(self, fit):
-        """Run all tests of the record against a fit."""
-        if id(fit) not in self._residuals:
-            self._residuals[id(fit)] = fit, self._residual(fit)
-        return self._residuals[id(fit)][1]
+    def residual(self, fit, simulated=True):
+        """Run all tests; if they fail, against what the fit leaves of records it simulates."""
+        if (id(fit), simulated) not in self._residuals:
+            self._residuals[id(fit), simulated] = fit, self._residual(fit, simulated)
+        return self._residuals[id(fit), simulated][1]
 
-    def _residual(self, fit):
+    def _residual(self, fit, simulated):
         test, gap = self.score_test(fit), self.goodness_of_fit(fit)
         found, odd, trials = self.detections(fit)
         changes = score_changes(self.unmodelled, fit.state, self.record.spectra,
@@ -156,9 +156,9 @@ class ModelComparison(Comparison):
         p_values = float(norm.sf(gap.deviations)), gap.local_p_value(spread=self.scatter.bands)
         residual = answer.joined_tests(test, gap, p_values, found, odd + detect_change(
             replace(changes, z=changes.z / self.scatter.changes)), trials)
-        if fit is self.null or residual.p_value >= LIMITS['second_effect_p'].value:
+        if not simulated or fit is self.null or (
+                residual.p_value >= LIMITS['second_effect_p'].value):
             return residual
-        # perhaps only the expected spectrum of the candidate is not exact
         floor = self.simulated_floor(fit, found, True)
         scores, p_values, found, odd = floor.against(test.state, changes, gap, found, odd)
         test = answer.score_test_of(scores, signed=bool(self.prior))
