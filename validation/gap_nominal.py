@@ -9,8 +9,9 @@ The spacecraft that is recorded differs from its model by `--errors` in each fre
 deviation), by exp(0.3 n) in each damping ratio, by three times as much in participation and shape,
 by twice as much in the inertia of the hub, by 0.1 % in gains and 1 cm in the places of the
 sensors. Levels of torque and of process noise differ by +-6 dB, each on its own, from the model
-and from record to record, and the force on every mode by +-3 dB from those on the others. Every craft has one record without effect and CASES with one; sizes are
-in units of d' with the covariance that the nominal leaves.
+and from record to record, and the force on every mode by +-3 dB from those on the others. Every
+craft has one record without effect and CASES with one; sizes are in units of d' with the
+covariance that the nominal leaves.
 """
 import argparse
 from dataclasses import dataclass, replace

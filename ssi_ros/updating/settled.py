@@ -58,7 +58,7 @@ def settled(comparison, beside):
 
 
 def _moved(comparison, beside, candidate=None):
-    """Return a comparison whose model is at the most probable errors, beside a candidate or not."""
+    """Return a comparison whose model is at the most probable errors, beside a candidate."""
     moved, spectra = comparison, comparison.record.spectra
     for _ in range(ROUNDS):
         found, around = moved.null, moved.here.uncertainty

@@ -48,7 +48,7 @@ def test_no_channel_is_a_whole_sample_off(later):
 
 
 def test_single_missing_samples_do_not_end_a_run(rng):
-    """With 3 % lost at random a channel is moved to 2 % of its size, and lacks no more than that."""
+    """With 3 % lost at random a channel is moved to 2 % of its size, and lacks no more."""
     t = np.arange(6000) / RATE
     late, lost = t + 3.6e-3, rng.random(6000) < 0.03
 
