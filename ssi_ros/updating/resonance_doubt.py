@@ -10,9 +10,12 @@ import numpy as np
 from scipy.special import lambertw
 
 from ssi_ros.effects.statistical_linearisation import linearise
+from ssi_ros.model.disturbances import Sine
 from ssi_ros.model.errors import DAMPING, declared
+from ssi_ros.model.excitation import source
 
 LEAST = 1e-6            # doubt below which a power counts as it is
+NEAR, BESIDE_SINE = 2.5, 1.0        # lines from a sine of the model, and the doubt there
 
 
 def resonance_doubt(simulator, setup, frame):
@@ -48,6 +51,10 @@ def resonance_doubt(simulator, setup, frame):
         if centre > 0.0:
             std = (max(known) ** -2 + 2 * np.pi * width) ** -0.5
             doubt = np.maximum(doubt, 2 * std / np.hypot(1.0, (lines - centre) / width))
+    for sine in filter(lambda part: isinstance(part, Sine), map(source, system.excitation)):
+        # what errors of shapes leave of a strong sine in the other channels is no sine of its own
+        away = np.abs(lines - sine.frequency_hz * frame.rows / system.rate_hz)
+        doubt = np.where(away < NEAR, np.maximum(doubt, BESIDE_SINE), doubt)
     return doubt
 
 
