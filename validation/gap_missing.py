@@ -5,6 +5,7 @@ Diagnose records with gaps: alarms where nothing is wrong, effects at d' = 8, wh
     python -m validation.gap_missing reference RECORDS [PATTERN ...]
     python -m validation.gap_missing effects RECORDS
     python -m validation.gap_missing short RECORDS [SECONDS ...]
+    python -m validation.gap_missing calibrated RECORDS [PATTERN ...]
 
 RECORDS is how many, or FIRST:END for a part of them. Every record: of the package's own simulator,
 level within 3 dB of the model's, 600 s but where SECONDS are given. Rows are taken out at places
@@ -20,6 +21,7 @@ from ssi_ros.gap.driver import diagnose
 from ssi_ros.gap.nominal.model import ModelNominal
 from ssi_ros.gap.nominal.recorded import RecordedNominal
 from ssi_ros.model import load_spacecraft
+from ssi_ros.updating.calibrate import calibrate
 
 from validation.gap_reference import at_decibel, SECONDS
 
@@ -132,12 +134,33 @@ def effects(records):
                   f'{held} of {valued} |', flush=True)
 
 
+def calibrated(records, *patterns):
+    """Print outcomes beside models that were calibrated on three recordings with the same gaps."""
+    spacecraft = load_spacecraft()
+    print('| gaps | not explained | alarms | least p |\n' + '|---' * 4 + '|', flush=True)
+    for pattern in patterns or ('none', '6 of 10 s', '30 of 2 s', 'a channel dies at half'):
+        found, rest = [], 0
+        for seed in seeds(records):
+            own = [with_gaps(record(spacecraft, (), k, SECONDS), pattern, k)
+                   for k in range(4 * seed, 4 * seed + 4)]
+            model = calibrate(spacecraft, own[:3])
+            rest += not model.explains
+            found.append(diagnose(model.spacecraft, own[3]))
+            if found[-1].outcome != 'WITHIN_FLOOR':
+                print(f'<!-- {seed}: {found[-1].outcome}: {found[-1].reason} -->', flush=True)
+        alarms = sum(f.outcome != 'WITHIN_FLOOR' for f in found)
+        print(f'| {pattern} | {rest} of {len(found)} | {alarms} of {len(found)} | '
+              f'{min(f.gap["p_value"] for f in found):.2g} |', flush=True)
+
+
 def main(what, *arguments):
     """Print the table that is asked for."""
     if what in ('null', 'reference'):
         null(what, *arguments)
     elif what == 'short':
         short(*arguments)
+    elif what == 'calibrated':
+        calibrated(*arguments)
     elif what == 'effects':
         effects(*arguments)
 
