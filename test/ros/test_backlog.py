@@ -90,9 +90,9 @@ def test_windows_are_skipped_and_memory_is_bounded(slow, monkeypatch):
 
 def test_a_pause_costs_no_window(slow, monkeypatch):
     """What waits for less than LATE_S is identified late, all of it."""
-    monkeypatch.setattr(backlog, 'LATE_S', 60.0)
-    node, worker, most = worked(resonance(4000), 0.0)
-    assert most > 2000 and not worker.rows.skipped and not node.log
+    monkeypatch.setattr(backlog, 'LATE_S', 600.0)
+    node, worker, _ = worked(resonance(4000), 0.0)
+    assert not worker.rows.skipped and not node.log
     assert len(node.windows) == 11
 
 
@@ -106,9 +106,12 @@ def test_a_node_that_is_too_slow_for_good(bench):
     bench.wait(said(health, 'identification', 'windows skipped, as this machine is too slow'),
                patience_s=60.0)
     bench.wait(lambda: windows[-1].end_ns >= stamps[4990], patience_s=60.0, what='for the newest')
-    values = {v.key: int(float(v.value)) for v in status_of(health, 'identification').values
-              if v.key in ('windows_skipped', 'rows_waiting')}
-    assert values['windows_skipped'] > 100 and values['rows_waiting'] < 300
+
+    def number(key):
+        """Return a number of the identification's newest status."""
+        status = status_of(health, 'identification')
+        return next(float(v.value) for v in status.values if v.key == key)
+    bench.wait(lambda: number('rows_waiting') == 0 and number('windows_skipped') > 100)
     assert status_of(health, 'identification').level != b'\0'
     counts = {v.key: v.value for v in status_of(health, 'channel a').values}
     assert (counts['received'], counts['missing'], counts['late']) == ('5000', '0', '0')
