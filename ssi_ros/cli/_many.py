@@ -178,8 +178,8 @@ def own_cluster(workers):
     Return a cluster of processes on this machine, on its loopback, for this command alone.
 
     Whoever may submit work to Dask runs code as the user of the command, so its connections are
-    TLS with a certificate that both sides must have and that only these processes know. Dask serves
-    pages beside its dashboard too, on 8787 and on a port a worker: they get no routes.
+    TLS with a certificate that both sides must have and that only these processes know. Dask
+    serves pages beside its dashboard too, on 8787 and on a port a worker: they get no routes.
 
     Raises
     ------

@@ -16,8 +16,8 @@ from diagnostic_msgs.msg import DiagnosticArray
 import rclpy
 from rclpy.experimental import EventsExecutor
 from rclpy.signals import SignalHandlerOptions
-from ssi_ros.ros.messages import window_of
 from ssi_ros.ros.loopback import udp_alone
+from ssi_ros.ros.messages import window_of
 from ssi_ros.ros.node import ros_arguments
 
 STARTUP_S = 20.0

@@ -139,9 +139,9 @@ def test_own_cluster_serves_no_page():
         # whoever has no certificate, or another one than that of the command
         strangers = (cluster.scheduler_address.replace('tls:', 'tcp:'), None), (
             cluster.scheduler_address, distributed.Security.temporary())
-        for address, own in strangers:
+        for address, security in strangers:
             with pytest.raises(OSError):
-                distributed.Client(address, security=own, timeout='3s')
+                distributed.Client(address, security=security, timeout='3s')
     finally:
         cluster.close()
 

@@ -3,7 +3,6 @@ import time
 from types import SimpleNamespace
 
 from node_records import grid, identifier
-import numpy as np
 import pytest
 from ssi_ros.identify import Identification
 from ssi_ros.identify.grid import Rows
