@@ -29,7 +29,7 @@ setup(
     extras_require={'complete': ['argcomplete'],
                     'see': ['textual', 'foxglove-sdk'],
                     'uff': ['pyuff'],
-                    'many': ['dask', 'distributed'],
+                    'many': ['dask', 'distributed', 'cryptography'],
                     'test': ['pytest', 'hypothesis', 'rosbags', 'mcap-ros2-support',
                              'websockets', 'mkdocs', 'mkdocs-material', 'math-core']},
     zip_safe=False,

@@ -4,12 +4,15 @@ Stop the gap node, or the bridge, for 3 s of 20 s of 4 channels, and count what 
     python -m validation.drills_pause gap [SPEED ...]
     python -m validation.drills_pause bridge [SPEED ...]
 
-Each with the topics best effort and reliable, at 100 Hz and at 1 kHz; one line a run.
+Each with the topics best effort and reliable, at 100 Hz and at 1 kHz; one line a run. Where the
+simulator has not ended 60 s later, the line says how far it came and what processor time it had.
 """
 import json
+import os
 from pathlib import Path
 import re
 import signal
+import subprocess
 import sys
 import tempfile
 import threading
@@ -21,9 +24,10 @@ import rclpy
 from ssi_ros.bag import definition_of, field_reader
 from ssi_ros.ros.demo import Processes
 
-from validation.drills import NAMES, PATIENCE_S, TOPICS, wait, words
+from validation.drills import NAMES, PATIENCE_S, spent_s, TOPICS, wait, words
 
 STOPPED_S, WALL_S = 3.0, 20.0
+SAMPLES = 'simulator: samples'
 
 
 class Health:
@@ -52,14 +56,29 @@ class Health:
         self.thread.join(timeout=5.0)
 
 
-def pause(process, nodes):
-    """Stop a process after 5 s of samples for 3 s, and wait for the end of them."""
+def pause(process, nodes, health):
+    """Stop a process after 5 s of samples for 3 s, wait for their end; return how it went."""
+    began, before = time.monotonic(), time.process_time()
+    spent = {name: spent_s(p) for name, p in nodes.running.items()}
     time.sleep(5.0)
     process.send_signal(signal.SIGSTOP)
     time.sleep(STOPPED_S)
     process.send_signal(signal.SIGCONT)
-    nodes.running.pop('simulator').wait(timeout=PATIENCE_S)
+    try:
+        nodes.running['simulator'].wait(timeout=PATIENCE_S)
+    except subprocess.TimeoutExpired:
+        took = time.monotonic() - began
+        shares = [f'{name} {(spent_s(p) - spent[name]) / took:.2f}'
+                  for name, p in nodes.running.items()]
+        raise TimeoutError(
+            f'after {took:.0f} s the simulator has sent {health.of(SAMPLES, "samples")} samples a '
+            f'channel and is {float(health.of(SAMPLES, "behind_s")):.0f} s behind its pace; of a '
+            f'core had {", ".join(shares)}, this drill {(time.process_time() - before) / took:.2f}'
+            f', load {os.getloadavg()[0]:.1f}') from None
+    del nodes.running['simulator']
     time.sleep(3.0)
+    return (f'; the simulator took {time.monotonic() - began - 3.0:.0f} s, load '
+            f'{os.getloadavg()[0]:.1f}')
 
 
 def simulate(nodes, speed, reliable):
@@ -79,14 +98,14 @@ def gap(folder, speed, reliable):
         health.worst.clear()
         simulate(nodes, speed, reliable)
         wait(lambda: 'watching' in words(nodes, 'gap'))
-        pause(nodes.running['gap'], nodes)
+        took = pause(nodes.running['gap'], nodes, health)
         counts = [(health.of(f'gap: channel {n}', 'received'),
                    health.of(f'gap: channel {n}', 'missing')) for n in NAMES]
         said = [line.split(': ', 1)[1] for line in words(nodes, 'gap').splitlines()
                 if 'missing in' in line or 'no sample any more' in line]
         nodes.stop('gap')
         return (f'received and missing {counts} of {round(WALL_S * speed * 100)}; '
-                f'said {said[:1] or "nothing"}')
+                f'said {said[:1] or "nothing"}{took}')
     finally:
         nodes.kill()
         health.close()
@@ -129,10 +148,12 @@ def bridge(folder, speed, reliable):
             thread.start()
             # no sample goes out before the bridge has subscribed for its client
             wait(lambda: len(got) == len(TOPICS))
-            pause(nodes.running['bridge'], nodes)
-            said = health.newest['bridge: websocket'].message.partition('; ')[2]
-            end.set()
-            thread.join()
+            try:
+                took = pause(nodes.running['bridge'], nodes, health)
+                said = health.newest['bridge: websocket'].message.partition('; ')[2]
+            finally:
+                end.set()
+                thread.join()
         nodes.stop('bridge')
         reader = field_reader('geometry_msgs/msg/AccelStamped', 'accel.linear.z',
                               definition_of('geometry_msgs/msg/AccelStamped'))
@@ -140,7 +161,7 @@ def bridge(folder, speed, reliable):
         lacks = [round((s[-1] - s[0]) * 1e-7) + 1 - len(s) for s in stamps]
         return (f'{sum(map(len, stamps))} messages, {lacks} lacking between the first and the '
                 f'last of each topic, {round(4 * WALL_S * speed * 100)} were sent; said: '
-                f'{said or "nothing"}')
+                f'{said or "nothing"}{took}')
     finally:
         nodes.kill()
         health.close()
@@ -151,7 +172,10 @@ def main(what, *speeds):
     for speed in map(float, speeds or (1, 10)):
         for reliable in (False, True):
             with tempfile.TemporaryDirectory() as folder:
-                line = {'gap': gap, 'bridge': bridge}[what](Path(folder), speed, reliable)
+                try:
+                    line = {'gap': gap, 'bridge': bridge}[what](Path(folder), speed, reliable)
+                except TimeoutError as error:
+                    line = f'no answer: {error}'
             print(f'{what}, {100 * speed:g} Hz, {"reliable" if reliable else "best effort"}: '
                   f'{line}', flush=True)
 

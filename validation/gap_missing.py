@@ -5,9 +5,11 @@ Diagnose records with gaps: alarms where nothing is wrong, effects at d' = 8, wh
     python -m validation.gap_missing reference RECORDS [PATTERN ...]
     python -m validation.gap_missing effects RECORDS
     python -m validation.gap_missing short RECORDS [SECONDS ...]
+    python -m validation.gap_missing calibrated RECORDS [PATTERN ...]
 
-Every record: of the package's own simulator, level within 3 dB of the model's, 600 s but where
-SECONDS are given. Rows are taken out at places drawn with the seed of the record.
+RECORDS is how many, or FIRST:END for a part of them. Every record: of the package's own simulator,
+level within 3 dB of the model's, 600 s but where SECONDS are given. Rows are taken out at places
+drawn with the seed of the record.
 """
 from dataclasses import replace
 import sys
@@ -19,6 +21,7 @@ from ssi_ros.gap.driver import diagnose
 from ssi_ros.gap.nominal.model import ModelNominal
 from ssi_ros.gap.nominal.recorded import RecordedNominal
 from ssi_ros.model import load_spacecraft
+from ssi_ros.updating.calibrate import calibrate
 
 from validation.gap_reference import at_decibel, SECONDS
 
@@ -32,6 +35,12 @@ PATTERNS = {
     'a channel dies at half': (0.5, 'dies', (2,)),
     'a channel starts after 60 s': (0.1, 'late', (0,)), 'a channel dead': (1.0, 'late', (3,)),
 }
+
+
+def seeds(records):
+    """Return the seeds of so many records, or of a part FIRST:END of them."""
+    first, _, end = ('0:' * (':' not in records) + records).partition(':')
+    return range(SEED + int(first), SEED + int(end))
 
 
 def with_gaps(samples, pattern, seed):
@@ -59,7 +68,7 @@ def record(spacecraft, effects, seed, seconds=SECONDS):
     return simulate_setup(inject(craft, effects, seconds), seed)
 
 
-def null(what, count, *patterns):
+def null(what, records, *patterns):
     """Print the outcomes of records without effect, against the model or another recording."""
     spacecraft = load_spacecraft()
     nominal = ModelNominal(spacecraft) if what == 'null' else RecordedNominal(
@@ -67,7 +76,7 @@ def null(what, count, *patterns):
     print('| gaps | missing | alarms | least p | mean CPU s |\n' + '|---' * 5 + '|', flush=True)
     for pattern in patterns or PATTERNS:
         begin, found = time.process_time(), []
-        for seed in range(SEED, SEED + count):
+        for seed in seeds(records):
             samples = with_gaps(record(spacecraft, (), seed), pattern, seed)
             found.append(diagnose(nominal, samples))
             if found[-1].outcome != 'WITHIN_FLOOR':
@@ -75,25 +84,26 @@ def null(what, count, *patterns):
                       f'{found[-1].verdict}; {found[-1].signs} -->', flush=True)
         lost = np.isnan(samples.values).any(axis=1).mean()
         alarms = sum(f.outcome != 'WITHIN_FLOOR' for f in found)
-        took = (time.process_time() - begin) / count
-        print(f'| {pattern} | {100 * lost:.2g} % | {alarms} of {count} | '
+        took = (time.process_time() - begin) / len(found)
+        print(f'| {pattern} | {100 * lost:.2g} % | {alarms} of {len(found)} | '
               f'{min(f.gap["p_value"] for f in found):.2g} | {took:.1f} |', flush=True)
 
 
-def short(count, *seconds):
+def short(records, *seconds):
     """Print the outcomes of whole records without effect, of several lengths."""
     spacecraft = load_spacecraft()
     print('| length | alarms | p < 0.01 | least p | mean CPU s |\n' + '|---' * 5 + '|', flush=True)
     for length in map(float, seconds or (30, 60, 120, 300)):
         begin, found = time.process_time(), []
-        for seed in range(SEED, SEED + count):
+        for seed in seeds(records):
             found.append(diagnose(spacecraft, record(spacecraft, (), seed, length)))
         p = np.array([f.gap['p_value'] for f in found])
         alarms = [f for f in found if f.outcome != 'WITHIN_FLOOR']
         for f in alarms:
-            print(f'<!-- {f.outcome}: {f.reason}; p = {f.gap["p_value"]:.2g} -->', flush=True)
-        print(f'| {length:g} s | {len(alarms)} of {count} | {np.sum(p < 0.01)} | {p.min():.2g} | '
-              f'{(time.process_time() - begin) / count:.1f} |', flush=True)
+            print(f'<!-- {f.outcome}: {f.reason}; p = {f.gap["p_value"]:.2g}; {f.verdict}; '
+                  f'{f.signs} -->', flush=True)
+        print(f'| {length:g} s | {len(alarms)} of {len(found)} | {np.sum(p < 0.01)} | '
+              f'{p.min():.2g} | {(time.process_time() - begin) / len(found):.1f} |', flush=True)
 
 
 EFFECTS = ('stiffness_scale:scale=1.0023', 'hub_inertia:scale=1.06', 'sensor_gain:channel=e2_b,'
@@ -102,7 +112,7 @@ EFFECTS = ('stiffness_scale:scale=1.0023', 'hub_inertia:scale=1.06', 'sensor_gai
            'sensor_noise:channel=e1_b,scale=1.08', 'clock_rate:ppm=400')
 
 
-def effects(count):
+def effects(records):
     """Print how effects are named with a tenth missing, and with a tenth less time instead."""
     spacecraft = load_spacecraft()
     print('| injected | gaps | named | in its class | interval covers |\n' + '|---' * 5 + '|')
@@ -111,7 +121,7 @@ def effects(count):
         for pattern, seconds in (('none', 0.9 * SECONDS), ('6 of 10 s', SECONDS),
                                  ('30 of 2 s', SECONDS)):
             named = alike = held = valued = 0
-            for seed in range(SEED, SEED + count):
+            for seed in seeds(records):
                 samples = record(spacecraft, (effect,), seed, seconds)
                 found = diagnose(spacecraft, with_gaps(samples, pattern, seed))
                 named += found.verdict['effects'] == (effect.name,)
@@ -120,18 +130,39 @@ def effects(count):
                 valued += values is not None
                 held += values is not None and (
                     values.low90 <= getattr(effect, effect.size) <= values.high90)
-            print(f'| {text} | {pattern} | {named} of {count} | {alike} | {held} of {valued} |',
-                  flush=True)
+            print(f'| {text} | {pattern} | {named} of {len(seeds(records))} | {alike} | '
+                  f'{held} of {valued} |', flush=True)
+
+
+def calibrated(records, *patterns):
+    """Print outcomes beside models that were calibrated on three recordings with the same gaps."""
+    spacecraft = load_spacecraft()
+    print('| gaps | not explained | alarms | least p |\n' + '|---' * 4 + '|', flush=True)
+    for pattern in patterns or ('none', '6 of 10 s', '30 of 2 s', 'a channel dies at half'):
+        found, rest = [], 0
+        for seed in seeds(records):
+            own = [with_gaps(record(spacecraft, (), k, SECONDS), pattern, k)
+                   for k in range(4 * seed, 4 * seed + 4)]
+            model = calibrate(spacecraft, own[:3])
+            rest += not model.explains
+            found.append(diagnose(model.spacecraft, own[3]))
+            if found[-1].outcome != 'WITHIN_FLOOR':
+                print(f'<!-- {seed}: {found[-1].outcome}: {found[-1].reason} -->', flush=True)
+        alarms = sum(f.outcome != 'WITHIN_FLOOR' for f in found)
+        print(f'| {pattern} | {rest} of {len(found)} | {alarms} of {len(found)} | '
+              f'{min(f.gap["p_value"] for f in found):.2g} |', flush=True)
 
 
 def main(what, *arguments):
     """Print the table that is asked for."""
     if what in ('null', 'reference'):
-        null(what, int(arguments[0]), *arguments[1:])
+        null(what, *arguments)
     elif what == 'short':
-        short(int(arguments[0]), *arguments[1:])
+        short(*arguments)
+    elif what == 'calibrated':
+        calibrated(*arguments)
     elif what == 'effects':
-        effects(int(arguments[0]))
+        effects(*arguments)
 
 
 if __name__ == '__main__':

@@ -175,16 +175,29 @@ def _diagnose_all(job, bags, answers, workers, scheduler):
 
 def own_cluster(workers):
     """
-    Return a cluster of processes on this machine, on its loopback and without web pages.
+    Return a cluster of processes on this machine, on its loopback, for this command alone.
 
-    Dask serves pages beside its dashboard too, on 8787 and on a port a worker: they get no routes.
+    Whoever may submit work to Dask runs code as the user of the command, so its connections are
+    TLS with a certificate that both sides must have and that only these processes know. Dask
+    serves pages beside its dashboard too, on 8787 and on a port a worker: they get no routes.
+
+    Raises
+    ------
+    ValueError
+        If the package that makes certificates is not there.
+
     """
     import dask
-    from dask.distributed import LocalCluster
+    from dask.distributed import LocalCluster, Security
+    try:
+        own = Security.temporary()
+    except ImportError:
+        raise ValueError('--many needs a certificate of its own, so that no other user of this '
+                         'machine can send it work: pip install cryptography') from None
     dask.config.set({f'distributed.{who}.http.routes': [] for who in ('scheduler', 'worker')})
     # one thread each: the templates of a model are kept by the process that made them
-    return LocalCluster(n_workers=workers, threads_per_worker=1, host='127.0.0.1',
-                        dashboard_address=None)
+    return LocalCluster(n_workers=workers, threads_per_worker=1, protocol='tls://',
+                        host='127.0.0.1', dashboard_address=None, security=own)
 
 
 def _answer(name, answers):

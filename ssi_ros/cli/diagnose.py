@@ -24,7 +24,8 @@ def add_arguments(parser):
     parser.add_argument('--workers', type=int, metavar='N',
                         help='with --many: processes on this machine (default: one a core)')
     parser.add_argument('--scheduler', metavar='tcp://...',
-                        help='with --many: a running Dask scheduler in place of own processes')
+                        help='with --many: a running Dask scheduler in place of own processes; '
+                        'whoever reaches one without TLS can run code as its user')
     parser.add_argument('--model', metavar='FILE',
                         help='spacecraft YAML of the simulator, or .npz or .mat of any structure '
                         '(default: the packaged spacecraft)')

@@ -38,6 +38,11 @@ def block_rows_for(channels, settings):
     return settings.block_rows or int(np.clip(round(SIZE / channels), 8, 60))
 
 
+def never(rows):
+    """Return that no window is late."""
+    return False
+
+
 class Monitor:
     """
     Identify the modes of a stream on sliding windows.
@@ -97,7 +102,7 @@ class Monitor:
         self.taken = 0                     # whole pieces taken in
         self.tracks, self.heard = Tracks(), {}
 
-    def push(self, values):
+    def push(self, values, late=never):
         """
         Take rows; return the results of the hops that they completed.
 
@@ -105,11 +110,14 @@ class Monitor:
         ----------
         values : ndarray, shape (n, l), [m/s^2]
             NaN where a sample is missing. Columns of the method's inputs follow.
+        late : callable
+            Asked at the end of a hop with the number of rows that wait behind it; where it says
+            True, the samples are taken in and the window is not identified.
 
         Returns
         -------
         list of WindowModes
-            One for every hop that ended, once the first window is full.
+            One for every hop that ended and was not late, once the first window is full.
 
         """
         values = np.asarray(values, dtype=float)
@@ -124,7 +132,8 @@ class Monitor:
                     size := self._row(self.taken + 1) - self._row(self.taken)):
                 rows, self.waiting = self.waiting[:size].copy(), self.waiting[size:]
                 self._take(rows)
-                if self.rings[0].full and self.taken % self.pieces == 0:
+                if self.rings[0].full and self.taken % self.pieces == 0 and not late(
+                        len(self.waiting)):
                     results.append(self._identify())
         return results
 

@@ -3,7 +3,7 @@ from ssi_ros.quantity import quantities
 
 from .grid import Grid
 from .methods import Method
-from .monitor import Monitor
+from .monitor import Monitor, never
 from .pace import misfit
 from .stamps import batches, nothing_on
 
@@ -29,15 +29,15 @@ class SegmentMonitor:
         self.channels, self.settings, self.method = tuple(channels), settings, method
         self.monitor, self._segment, self._held = None, None, 0
 
-    def push(self, rows):
-        """Add Rows of the grid; return the windows whose end they reach, a list."""
+    def push(self, rows, late=never):
+        """Add Rows of the grid; return the windows whose end they reach; `late` as of Monitor."""
         if self.monitor is None or rows.segment != self._segment:
             start_ns = rows.origin_ns + round(rows.first * 1e9 / rows.rate_hz)
             self.monitor = Monitor(self.channels, rows.rate_hz, start_ns, self.settings,
                                    self.method)
             self._segment, self._held = rows.segment, 0
         self._held += len(rows.values)
-        return self.monitor.push(rows.values)
+        return self.monitor.push(rows.values, late)
 
     def restart(self):
         """Begin a new window with the next rows."""

@@ -48,12 +48,16 @@ def calibration_page(found, model, recordings, settings, present, bags):
                number(m.remains, 2), number(m.scatter, 2)) for m in moved[:MOST]),
         f'The {min(MOST, len(moved))} of {len(moved)} numbers that moved most. Relative errors, '
         'logarithms of damping ratios, metres of places.')
+    # of several recordings it is said which one is meant
+    which = tuple(f'{b}: ' * (len(bags) > 1) for b in bags)
     checks = tuple(
-        f'Gap {fixed(c.before, 4)} nats a band before, {fixed(c.after, 4)} after, '
+        f'{w}Gap {fixed(c.before, 4)} nats a band before, {fixed(c.after, 4)} after, '
         f'{fixed(c.deviations, 1)} standard '
-        'deviations above its floor.' for c in found.checks)
-    lost = tuple(f'{m.text[0].upper()}{m.text[1:]}.' for m in found.missing) + found.notes
-    rest = tuple(f'Not explained: {w}.' for c in found.checks for w in c.detected)
+        'deviations above its floor.' for w, c in zip(which, found.checks))
+    lost = tuple(f'{w}{m.text}.' if w else f'{m.text[0].upper()}{m.text[1:]}.'
+                 for w, m in zip(which, found.missing)) + found.notes
+    rest = tuple(f'{w}Not explained: {d}.' for w, c in zip(which, found.checks)
+                 for d in c.detected)
     most = moved[0] if moved else None
     summary = ('The calibrated model explains the healthy recordings' if found.explains else
                'The calibrated model does not explain all of the healthy recordings') + (

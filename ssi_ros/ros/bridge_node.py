@@ -12,6 +12,7 @@ import time
 
 from ssi_ros.bag import definition_of
 from ssi_ros.quantity import check, quantity, shown
+from ssi_ros.ros.arrivals import Silence
 from ssi_ros.ros.channels import message_class
 from ssi_ros.ros.front_door import FrontDoor
 from ssi_ros.ros.losses import Losses, with_number
@@ -60,7 +61,7 @@ class BridgeNode(StageNode):
     def __init__(self, **kwargs):
         super().__init__('bridge', **kwargs)
         self._channels, self._heard, self._refused = {}, {}, set()
-        self._losses = {}
+        self._losses, self._silences, self._counted, self._quiet = {}, {}, {}, set()
         self._server = self._look = self._door = None
         self.sent = self.refused = 0
 
@@ -80,6 +81,7 @@ class BridgeNode(StageNode):
             raise OSError(f'port {settings.port} of {HOST} cannot be opened ({error}); give '
                           'another port, or 0 for a free one') from None
         self.sent = self.refused = 0
+        self._looked = time.monotonic()
         self._look = self.every(LOOK_S, self._follow)
         self.get_logger().info(f'open in Foxglove: ws://{HOST}:{self._door.port}')
 
@@ -115,7 +117,7 @@ class BridgeNode(StageNode):
             self.destroy_subscription(subscription)
         if self._server is not None:
             self._server.stop()
-        self._channels, self._heard = {}, {}
+        self._channels, self._heard, self._quiet = {}, {}, set()
         self._server = self._look = self._door = None
 
     def _follow(self):
@@ -130,6 +132,22 @@ class BridgeNode(StageNode):
                 self._hear(topic, channel, type_name)
             elif not wanted and topic in self._heard:
                 self.destroy_subscription(self._heard.pop(topic))
+        self._report_silence()
+
+    def _report_silence(self):
+        """Say once which topics that came steadily have stopped, and once that they are back."""
+        now = time.monotonic()
+        passed_s, self._looked = now - self._looked, now
+        for topic in self._heard:
+            received, before = self._losses[topic].received, self._counted[topic]
+            self._silences[topic].look(passed_s, received > before)
+            self._counted[topic] = received
+        quiet = {t for t in self._heard if self._silences[t].silent and self._silences[t].regular}
+        if new := sorted(quiet - self._quiet):
+            self.get_logger().warning(f'no message any more of {", ".join(new)}')
+        if back := sorted((self._quiet - quiet) & self._heard.keys()):
+            self.get_logger().info(f'messages again of {", ".join(back)}')
+        self._quiet = quiet
 
     def _offer(self, topic, types):
         try:
@@ -151,6 +169,7 @@ class BridgeNode(StageNode):
             return
 
         losses = self._losses[topic] = Losses()
+        self._silences[topic], self._counted[topic] = Silence(), 0
 
         def send(raw, number):
             losses.take(number)
@@ -167,10 +186,13 @@ class BridgeNode(StageNode):
         lost = {t: self._losses[t].lost for t in self._heard if self._losses[t].lost}
         if lost:
             text += f'; {sum(lost.values())} messages lost on the way of {", ".join(sorted(lost))}'
-        return [status(f'{self.get_name()}: websocket', 'warn' if lost else 'ok', text,
+        if quiet := sorted(self._quiet):
+            idle_s = max(self._silences[t].idle_s for t in quiet)
+            text += f'; no message for {idle_s:.0f} s of {", ".join(quiet)}, which came steadily'
+        return [status(f'{self.get_name()}: websocket', 'warn' if lost or quiet else 'ok', text,
                        port=self._door.port,
                        topics=len(self._channels), heard=len(self._heard), sent=self.sent,
-                       lost=sum(lost.values()), refused=self.refused)]
+                       lost=sum(lost.values()), silent=', '.join(quiet), refused=self.refused)]
 
 
 def main(args=None):

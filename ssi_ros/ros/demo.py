@@ -16,6 +16,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 import rclpy
 from rclpy.experimental import EventsExecutor
 from rclpy.signals import SignalHandlerOptions
+from ssi_ros.ros.loopback import udp_alone
 from ssi_ros.ros.messages import window_of
 from ssi_ros.ros.node import ros_arguments
 
@@ -48,7 +49,8 @@ class Processes:
         # a process that stands still for a second may lose its queues in shared memory for good
         os.environ.setdefault('FASTDDS_BUILTIN_TRANSPORTS', 'UDPv4')
         self.log_folder = log_folder
-        self.environment = dict(os.environ, ROS_LOG_DIR=str(log_folder.resolve()))
+        self.environment = dict(os.environ, ROS_LOG_DIR=str(log_folder.resolve()),
+                                **udp_alone(os.environ))
         self.running = {}
 
     def start(self, name, node, remaps=(), **settings):

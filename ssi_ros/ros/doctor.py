@@ -12,6 +12,9 @@ import sys
 import tempfile
 import time
 
+from ssi_ros.model.spacecraft import packaged
+from ssi_ros.ros.loopback import PROFILES, shares_memory
+
 LEVELS = ('ok', 'warn', 'error')
 DISTRO = 'jazzy'
 RECEIVE_BYTES = 2 << 20       # a second of 40 channels at 100 Hz, 500 B a message with its headers
@@ -99,10 +102,13 @@ def _transport():
         return Finding('warn', 'middleware', text + '; that a player waits for its readers was '
                        'tried with rmw_fastrtps_cpp only',
                        'export RMW_IMPLEMENTATION=rmw_fastrtps_cpp for all nodes')
-    if not kind and not os.environ.get('FASTRTPS_DEFAULT_PROFILES_FILE'):
+    if shares_memory(os.environ):
+        fix = 'export FASTDDS_BUILTIN_TRANSPORTS=UDPv4 for all nodes'
+        if reach == 'LOCALHOST':
+            fix = (f'export {PROFILES[0]}={packaged("loopback_udp.xml")} '
+                   'ROS_AUTOMATIC_DISCOVERY_RANGE=SYSTEM_DEFAULT for all nodes')
         return Finding('warn', 'middleware', text + '; through shared memory a process that stood '
-                       'still for a second may hear nothing afterwards',
-                       'export FASTDDS_BUILTIN_TRANSPORTS=UDPv4 for all nodes')
+                       'still for a second may hear nothing afterwards', fix)
     return Finding('ok', 'middleware', text)
 
 

@@ -145,12 +145,15 @@ def _identification(node, states, worker, jumps):
     elif margin < 1.0:
         level, text = 'error', (f'{worker.compute_s:.2f} s a window is more than the hop of '
                                 f'{hop_s:g} s: raise hop_s or lower order_max')
+    if worker.rows.skips_lately(worker.identification.window_s):
+        level = 'error' if level == 'error' else 'warn'
+        text += f'; {worker.rows.skipped} windows skipped, as this machine is too slow for all'
     return status(
         f'{node}: identification', level, text, grid_rate_hz=float(grid.rate_hz),
         window_fill=float(fill), windows=worker.computed, compute_s=float(worker.compute_s),
         compute_worst_s=float(worker.worst_s), real_time_margin=float(margin),
-        modes=0 if last is None else len(last.modes), rows_waiting=worker.rows.qsize(),
-        clock_jumps=jumps)
+        modes=0 if last is None else len(last.modes), rows_waiting=worker.rows.waiting,
+        windows_skipped=worker.rows.skipped, clock_jumps=jumps)
 
 
 def meter(node, states, worker, preparation, background):

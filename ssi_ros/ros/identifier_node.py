@@ -5,7 +5,6 @@ The intake appends raw bytes and reads them into rows; a worker thread with one 
 SSI-COV, so that no sample waits for a singular value decomposition.
 """
 import json
-import queue
 import threading
 import time
 
@@ -14,6 +13,7 @@ from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPo
 from ssi_ros.identify import Identification
 from ssi_ros.identify.stamped import SegmentMonitor
 from ssi_ros.ros import health
+from ssi_ros.ros.backlog import Backlog
 from ssi_ros.ros.identifier_settings import IdentifierInput
 from ssi_ros.ros.intake import Intake
 from ssi_ros.ros.intake_words import waits_for, watches
@@ -80,7 +80,7 @@ class IdentifierNode(StageNode):
             self._worker.stop()
             counts = self._intake.counts
             self.get_logger().info(
-                f'{self._worker.computed} windows; samples received '
+                f'{self._worker.computed} windows{self._worker.rows.words()}; samples received '
                 f'{[c.received for c in counts]}, missing {[c.missing for c in counts]}')
         for publisher in self._publishers_made:
             self.destroy_lifecycle_publisher(publisher)
@@ -139,7 +139,7 @@ class Worker:
     def __init__(self, node, intake, slots, identification):
         self.node, self.intake, self.identification = node, intake, identification
         self.lock = threading.Lock()
-        self.rows = queue.SimpleQueue()
+        self.rows = Backlog(node.get_logger().warning)
         self.slots = Slots(slots)
         self.computed, self.compute_s, self.worst_s, self.last = 0, 0.0, 0.0, None
         self.begin()
@@ -186,7 +186,8 @@ class Worker:
     def _take(self, rows):
         before = time.thread_time()
         with self.lock:
-            windows = self.follow.push(rows)
+            windows = self.follow.push(rows, lambda left: self.rows.late(
+                left, rows.rate_hz, self.identification))
         spent = time.thread_time() - before
         if windows:
             self.computed += len(windows)

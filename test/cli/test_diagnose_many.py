@@ -16,6 +16,7 @@ from ssi_ros.effects import inject, parse_effect, simulate_setup
 from ssi_ros.model import load_spacecraft
 
 pytest.importorskip('dask.distributed', reason='Dask is not installed')
+pytest.importorskip('cryptography', reason='no certificate can be made')
 FEW = 'sensor_gain,sensor_noise'
 PATIENCE_S = 300.0
 

@@ -161,7 +161,7 @@ def test_p_values_join():
     count = len(FAMILIES)
     assert joined([0.5] * count) == 1.0
     assert joined([1e-9] + [0.5] * (count - 1)) == pytest.approx(2.5e-9 * count, rel=1e-3)
-    assert 0.0 < joined([calibrated('curve', 0.0)] + [0.5] * (count - 1)) < 1e-100
+    assert 0.0 < joined([calibrated('curve', 0.0, 600.0)] + [0.5] * (count - 1)) < 1e-100
     usual = {f: [0.4] * 5 for f in FAMILIES}
     assert beside(1e-8, 'curve', usual) == pytest.approx(1e-8)
     assert beside(1e-8, 'curve', {**usual, 'curve': [1e-8] * 5}) > 0.01

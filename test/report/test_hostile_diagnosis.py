@@ -96,6 +96,7 @@ def test_calibration(given, tmp_path, capsys):
 def test_many_bags(given, tmp_path, capsys):
     """The table on the terminal and in CSV: one line a bag, and no formula of a spreadsheet."""
     pytest.importorskip('dask.distributed')
+    pytest.importorskip('cryptography')
     folder, healthy, wrong = given
     before = everything(folder)
     main(['diagnose', '--many', str(wrong.parent), '--reference', str(healthy), '--no-pairs',
@@ -118,20 +119,29 @@ def test_names_of_a_model_that_do_not_print_are_refused(tmp_path, kind, name):
 
 
 def test_own_cluster_serves_no_page():
-    """Dask listens on the loopback alone, and its web servers have no route."""
-    pytest.importorskip('dask.distributed')
+    """Dask listens on the loopback alone, its web servers have no route, and it takes no work."""
+    distributed = pytest.importorskip('dask.distributed')
+    pytest.importorskip('cryptography')
     from ssi_ros.cli._many import own_cluster
     cluster = own_cluster(1)
     try:
         (worker,) = cluster.scheduler_info['workers'].values()
         places = [s.getsockname() for s in cluster.scheduler.http_server._sockets.values()]
-        assert cluster.scheduler_address.startswith('tcp://127.0.0.1:')
-        assert worker['nanny'].startswith('tcp://127.0.0.1:') and places
+        assert cluster.scheduler_address.startswith('tls://127.0.0.1:')
+        assert worker['nanny'].startswith('tls://127.0.0.1:') and places
         assert all(p[0] == '127.0.0.1' for p in places)
         for port in (places[0][1], worker['services']['dashboard']):
             for page in ('', 'status', 'info/main/workers.html', 'json/counts.json', 'metrics'):
                 with pytest.raises(urllib.error.HTTPError, match='404'):
                     urllib.request.urlopen(f'http://127.0.0.1:{port}/{page}', timeout=10.0)
+        with distributed.Client(cluster) as client:
+            assert client.submit(sum, (1, 2)).result(timeout=30.0) == 3
+        # whoever has no certificate, or another one than that of the command
+        strangers = (cluster.scheduler_address.replace('tls:', 'tcp:'), None), (
+            cluster.scheduler_address, distributed.Security.temporary())
+        for address, security in strangers:
+            with pytest.raises(OSError):
+                distributed.Client(address, security=security, timeout='3s')
     finally:
         cluster.close()
 

@@ -101,6 +101,38 @@ def test_client_gets_the_true_messages(tmp_path):
     assert {round(s / 1e7) for s in (stamps[1:] - stamps[:-1]).tolist()} == {1}
 
 
+def test_a_stream_that_stops_is_told(bench):
+    """A topic that came steadily ends while it is looked at: once in the log, and WARN."""
+    for name in ('foxglove', 'websockets'):
+        pytest.importorskip(name, reason=f'{name} is not installed')
+    from diagnostic_msgs.msg import DiagnosticArray
+    from node_records import newest
+    from websockets.sync.client import connect
+    topic, health = '/accelerometer/e1_b', bench.collect(DiagnosticArray, '/diagnostics')
+    bench.processes.start('bridge', 'bridge', port=0)
+    bench.processes.start('simulator', 'simulator', seed=11)
+    bench.wait(lambda: 'ws://' in bench.words('bridge'))
+    url = re.search(r'ws://[\d.:]+', bench.words('bridge'))[0]
+
+    def told():
+        """Return level and message of the bridge."""
+        status = newest(health, 'bridge: websocket')
+        return status.level, status.message
+    with connect(url, subprotocols=['foxglove.sdk.v1']) as socket:
+        client = Client(socket)
+        client.listen(lambda: topic in client.channels)
+        client.subscribe_until_heard(7, topic)
+        client.listen(lambda: len(client.messages) > 400)       # 4 s
+        bench.processes.running.pop('simulator').kill()
+        bench.wait(lambda: f'no message any more of {topic}' in bench.words('bridge'))
+        bench.wait(lambda: f's of {topic}, which came steadily' in told()[1])
+        assert told()[0] == b'\1'
+        bench.processes.start('simulator', 'simulator', seed=11)
+        bench.wait(lambda: f'messages again of {topic}' in bench.words('bridge'))
+        bench.wait(lambda: told()[0] == b'\0')
+    assert bench.words('bridge').count('no message any more') == 1
+
+
 def test_a_taken_port_is_told(tmp_path):
     """A port that somebody has ends the node with a line that says what to do."""
     for name in ('rclpy', 'foxglove'):

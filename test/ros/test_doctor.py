@@ -110,7 +110,14 @@ def test_machine_that_cannot_record(tmp_path, monkeypatch):
     monkeypatch.setenv('ROS_DISTRO', 'humble')
     monkeypatch.delenv('FASTDDS_BUILTIN_TRANSPORTS', raising=False)
     monkeypatch.delenv('FASTRTPS_DEFAULT_PROFILES_FILE', raising=False)
+    monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'SUBNET')
     found = {f.what: f for f in machine(tmp_path)}
     assert found['ROS 2'].level == 'warn' and 'jazzy/setup.bash' in found['ROS 2'].fix
     assert found['middleware'].level == 'warn' and 'UDPv4' in found['middleware'].fix
+    monkeypatch.setenv('FASTDDS_BUILTIN_TRANSPORTS', 'UDPv4')
+    assert {f.what: f for f in machine(tmp_path)}['middleware'].level == 'ok'
+    # this range adds shared memory whatever the other variable says
+    monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+    found |= {f.what: f for f in machine(tmp_path)}
+    assert found['middleware'].level == 'warn' and 'loopback_udp.xml' in found['middleware'].fix
     assert found['write speed'].level in ('ok', 'warn') and not list(tmp_path.iterdir())
