@@ -17,13 +17,18 @@ def identifier(node, states, worker, jumps):
     return [channel(node, s) for s in states] + [_identification(node, states, worker, jumps)]
 
 
+def known(number):
+    """Return a number, or no text where it is not known yet: no nan or inf in a diagnostic."""
+    return float(number) if math.isfinite(number) else ''
+
+
 def channel(node, state):
     """Return the status of one channel: what arrives now, at which rate, what is missing."""
     level, text = _judged(state)
     source, count = state.source, state.count
     return status(
         f'{node}: channel {source.name}', level, text, topic=source.resolved, field=source.field,
-        rate_hz=0.0 if state.silent_s else float(count.rate_hz), silent_s=float(state.silent_s),
+        rate_hz=0.0 if state.silent_s else known(count.rate_hz), silent_s=float(state.silent_s),
         lost_lately=state.lost, lost_share_lately=float(state.lost_share),
         received=count.received, missing=count.missing, late=count.late,
         duplicates=count.duplicates, out_of_order=count.out_of_order,
@@ -148,7 +153,7 @@ def _identification(node, states, worker, jumps):
     return status(
         f'{node}: identification', level, text, grid_rate_hz=float(grid.rate_hz),
         window_fill=float(fill), windows=worker.computed, compute_s=float(worker.compute_s),
-        compute_worst_s=float(worker.worst_s), real_time_margin=float(margin),
+        compute_worst_s=float(worker.worst_s), real_time_margin=known(margin),
         modes=0 if last is None else len(last.modes), rows_waiting=worker.rows.qsize(),
         clock_jumps=jumps)
 
