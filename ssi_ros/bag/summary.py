@@ -88,7 +88,7 @@ def as_text(summary):
     lines = [f'{summary["path"]}: {summary["messages"]} messages in {summary["duration_s"]:.2f} s,'
              f' {mib:.2f} MiB in {things(len(summary["files"]), "file")}, compression '
              + (', '.join(summary['compression']) or 'none')]
-    lines += [shown(f'  {k}: {v}') for k, v in summary['custom_data'].items()]
+    lines += [shown(f'  {k}: {v or "none"}') for k, v in summary['custom_data'].items()]
     names = {t['name']: shown(t['name']) for t in summary['topics']}
     width = max((len(names[t['name']]) for t in summary['topics']), default=0)
     for t in summary['topics']:

@@ -34,7 +34,7 @@ def channel(node, state):
         duplicates=count.duplicates, out_of_order=count.out_of_order,
         not_finite=count.not_finite, bad_stamps=count.bad_stamps, off_rate=count.off_rate,
         unreadable=source.unreadable, longest_gap_s=float(count.longest_gap_s),
-        publishers=state.publishers, mixed=state.left_out, offset_s=state.offset_s)
+        publishers=state.publishers, mixed=state.left_out, offset_s=known(state.offset_s))
 
 
 def _judged(state):
