@@ -66,7 +66,7 @@ class Tracks:
     """
 
     alive: tuple = ()
-    next_identity: int = 0
+    next_identity: int = 1
     splits: tuple = ()
     merges: tuple = ()
 
