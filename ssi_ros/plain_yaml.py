@@ -53,7 +53,7 @@ def read_plain(path):
     path = Path(path)
     kept = path.stat()
     if not stat.S_ISREG(kept.st_mode):
-        raise ValueError(f'{path} is not a regular file')
+        raise ValueError(f'{path} is not a file; give a YAML file')
     if kept.st_size > LIMITS.yaml_bytes:
         raise ValueError(f'{path} has {kept.st_size} bytes; {LIMITS.yaml_bytes} are read')
     try:

@@ -106,8 +106,8 @@ def from_mapping(cls, mapping, where=''):
 
     """
     if not isinstance(mapping, dict):
-        raise ValueError(f'{where or cls.__name__} must be a mapping of names to values, '
-                         f'not {mapping!r}')
+        named = (where or cls.__name__).rstrip(': ')
+        raise ValueError(f'{named} must be a mapping of names to values, not {mapping!r:.60}')
     known = {f.name: f for f in fields(cls)}
     for key in mapping:
         if key not in known:

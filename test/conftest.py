@@ -10,7 +10,8 @@ os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
 os.environ.setdefault('FASTDDS_BUILTIN_TRANSPORTS', 'UDPv4')
 os.environ['ROS_PYTHON_CHECK_FIELDS'] = '1'
 
-BY_THE_CLOCK = ('ros', 'monitor', 'examples', 'test_launch.py', 'test_readme.py')
+BY_THE_CLOCK = ('ros', 'monitor', 'examples', 'test_launch.py',
+                'test_launch_runs.py', 'test_readme.py')
 HERE = pathlib.Path(__file__).parent
 WORKER = int(os.environ.get('PYTEST_XDIST_WORKER', 'gw0')[2:])
 WORKERS = int(os.environ.get('PYTEST_XDIST_WORKER_COUNT', '1'))

@@ -50,8 +50,8 @@ def schedule(bag, *, rate=1.0, topics=None, start_s=0.0, duration_s=0.0, loop=Fa
     end = first + round(duration_s * _S) if duration_s else bag.end_ns + 1
     counts = [t.count for t in (bag.topics if topics is None else map(bag.topic, topics))]
     if next(bag.messages(topics, first, end), None) is None:
-        raise ValueError(f'{bag.path} has no message from {start_s:g} s on for '
-                         f'{(end - first) / _S:g} s; it is '
+        part = f' for {duration_s:g} s' if duration_s else ''
+        raise ValueError(f'{bag.path} has no message from {start_s:g} s on{part}; it is '
                          f'{(bag.end_ns - bag.start_ns) / _S:g} s long')
     last = min(end - 1, bag.end_ns)
     # A period of the fastest topic parts two passes, so that its grid goes on.

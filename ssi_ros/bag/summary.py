@@ -88,18 +88,20 @@ def as_text(summary):
     lines = [f'{summary["path"]}: {summary["messages"]} messages in {summary["duration_s"]:.2f} s,'
              f' {mib:.2f} MiB in {things(len(summary["files"]), "file")}, compression '
              + (', '.join(summary['compression']) or 'none')]
-    lines += [shown(f'  {k}: {v}') for k, v in summary['custom_data'].items()]
+    lines += [shown(f'  {k}: {v or "none"}') for k, v in summary['custom_data'].items()]
     names = {t['name']: shown(t['name']) for t in summary['topics']}
     width = max((len(names[t['name']]) for t in summary['topics']), default=0)
     for t in summary['topics']:
-        rate = 'one or no message' if t['rate_hz'] is None else f'{t["rate_hz"]:.6g} Hz'
-        line = f'{names[t["name"]]:<{width}}  {shown(t["type"])}  {t["messages"]} messages  {rate}'
+        line = (f'{names[t["name"]]:<{width}}  {shown(t["type"])}  '
+                f'{things(t["messages"], "message")}')
+        if t['rate_hz'] is not None:
+            line += f'  {t["rate_hz"]:.6g} Hz'
         if t['gaps']:
-            line += (f'  {t["gaps"]} gap(s) by receipt, the longest {t["longest_gap_s"]:.3f} s at '
-                     f'{t["longest_gap_at_s"]:.3f} s')
+            line += (f'  {things(t["gaps"], "gap")} by receipt, the longest '
+                     f'{t["longest_gap_s"]:.3f} s at {t["longest_gap_at_s"]:.3f} s')
         if t['stamps_missing']:
-            line += (f'  {t["stamps_missing"]} samples missing by their stamps, in '
-                     f'{t["stamp_gaps"]} gap(s)')
+            line += (f'  {things(t["stamps_missing"], "sample")} missing by their stamps, in '
+                     f'{things(t["stamp_gaps"], "gap")}')
         line += _publishers(t)
         lines.append(line)
     return '\n'.join(lines)

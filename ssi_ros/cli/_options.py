@@ -28,8 +28,8 @@ def add_quantities(parser, cls, only=None):
 def add_scale(parser):
     """Declare the option of verbs that read the samples of a bag."""
     parser.add_argument('--scale', type=float, default=1.0,
-                        help='factor of its channels to m/s^2, 9.80665 for bags in g (default: '
-                        '1)')
+                        help='factor from the unit of the bag to m/s^2: 9.80665 for bags in g '
+                        '(default: 1)')
 
 
 UNITS = {'_s': 'S', '_hz': 'HZ', '_bytes': 'BYTES'}       # ends of names of options

@@ -6,6 +6,7 @@ import shutil
 # options that name a file to write, and a folder that is made as needed
 FILES = ('json', 'html', 'markdown', 'apply', 'output', 'modes', 'npz')
 FOLDERS = ('plot', 'folder')
+SUFFIXES = {'html': ('.html', '.htm'), 'markdown': ('.md', '.markdown'), 'json': ('.json',)}
 
 
 def check_outputs(args):
@@ -15,11 +16,13 @@ def check_outputs(args):
     Raises
     ------
     ValueError
-        If a folder does not exist or the name is that of a folder.
+        If a folder does not exist, the name is that of a folder, does not end as its format
+        does, or is given twice.
     OSError
         If a folder may not be written to.
 
     """
+    written = {}
     for name in FILES:
         value = getattr(args, name, None)
         many = name == 'json' and getattr(args, 'many', None)       # then it names a folder
@@ -27,8 +30,15 @@ def check_outputs(args):
                 or is_bag(args, name)):
             continue
         path, option = Path(value), f'--{name}'
+        if written.setdefault(path.resolve(), option) != option:
+            raise ValueError(f'{written[path.resolve()]} and {option} name the same file {path}; '
+                             'give two names')
         if path.is_dir():
             raise ValueError(f'{option} {path} is a folder; name a file')
+        page = name == 'output' and args.verb == 'report'
+        ends = SUFFIXES.get('html' if page else name, (path.suffix.lower(),))
+        if path.suffix.lower() not in ends:
+            raise ValueError(f'{option} {path} must end in {ends[0]}')
         if not path.parent.is_dir():
             raise ValueError(f'{option} {path}: the folder {path.parent} does not exist; make it '
                              'first')

@@ -31,6 +31,11 @@ def read_samples(path, rate_hz, channels=None, scale=1.0):
         samples = samples_of(scaled(recording, scale), rate_hz,
                              lambda text: warn([text]))
     except ValueError as error:
-        raise ValueError(f'{path}: {error}') from error
+        raise ValueError(named(path, error)) from error
     # a name out of a file must not end a line of what is printed of it
     return replace(samples, channels=tuple(shown(n.rsplit('/', 1)[-1]) for n in samples.channels))
+
+
+def named(path, error):
+    """Return what an error says, with the bag's name before it where it is not there yet."""
+    return str(error) if str(error).startswith(f'{path}') else f'{path}: {error}'

@@ -16,15 +16,16 @@ def fitted(text, out):
 
 
 def mode_table(window, names):
-    """Return a window's modes as text: number, label, frequency, damping with spreads, shape."""
-    lines = [f'{"id":>4} {"label":<11}{"frequency [Hz]":>22}{"damping [%]":>18}   shape at '
+    """Return a window's modes as text: number, identity, label, values with spreads, shape."""
+    lines = [f'{"mode":>4} {"id":>4} {"label":<11}{"frequency [Hz]":>22}{"damping [%]":>18}   shape at '
              + ', '.join(names)]
-    for m in window.modes:
+    for number, m in enumerate(sorted(window.modes, key=lambda m: m.frequency_hz), 1):
         shape = ' '.join(_component(z) for z in m.shape[:8])
         more = ' ...' if len(m.shape) > 8 else ''
         frequency = with_spread(m.frequency_hz, m.frequency_std_hz, 4)
         damping = with_spread(100 * m.damping_ratio, 100 * m.damping_ratio_std, 2)
-        lines.append(f'{m.identity:>4} {m.label:<11}{frequency:>22}{damping:>18}   {shape}{more}')
+        lines.append(f'{number:>4} {m.identity:>4} {m.label:<11}{frequency:>22}{damping:>18}   '
+                     f'{shape}{more}')
     return '\n'.join(lines)
 
 

@@ -63,6 +63,13 @@ def run(args):
     if not spacecraft.arrays and args.output.suffix != '.npz':
         raise ValueError(f'--output {args.output} must end in .npz, the format that a model of '
                          'matrices is written in')
+    if spacecraft.arrays and args.output.suffix not in ('.yaml', '.yml'):
+        raise ValueError(f'--output {args.output} must end in .yaml, the format that a spacecraft '
+                         'is written in')
+    twice = [b for k, b in enumerate(args.bags) if b.resolve() in
+             [other.resolve() for other in args.bags[:k]]]
+    if twice:
+        raise ValueError(f'{twice[0]} is given twice; each recording counts once')
     channels = channels_of(spacecraft, args.channel)
     recordings = [read_samples(b, spacecraft.rate_hz, channels, args.scale) for b in args.bags]
     inputs = inputs_of_each(args.bags, args.input, spacecraft, recordings)
@@ -86,14 +93,16 @@ def text(found, bags):
     """Return what moved: a line a kind of number, and the numbers that moved most."""
     lines = [f'{bag}: {lost.text}' for bag, lost in zip(bags, found.missing)]
     lines += list(found.notes)
-    lines += [f'{"":<16}{"moved (rms)":>14}{"declared":>12}{"remains":>12}{"scatter":>12}']
+    many = len(bags) > 1                # the scatter from recording to recording needs two
+    lines += [f'{"":<16}{"moved (rms)":>14}{"declared":>12}{"remains":>12}'
+              + f'{"scatter":>12}' * many]
     for kind, scale, unit in KINDS:
         own = [m[1:] for m in found.moved if m.name.split()[0] == kind]
         if own:
             value, declared, remains, scatter = (
                 scale * (sum(c * c for c in column) / len(own)) ** 0.5 for column in zip(*own))
             lines.append(f'{kind:<16}{value:>12.3g} {unit}' + ''.join(
-                f'{v:>10.3g} {unit}' for v in (declared, remains, scatter)))
+                f'{v:>10.3g} {unit}' for v in (declared, remains, scatter)[:2 + many]))
     for name, value, declared, remains, _ in found.moved[:LISTED]:
         if abs(value / declared) >= MOVED:
             scale, unit = next((s, u) for k, s, u in KINDS if k == name.split()[0])

@@ -217,6 +217,7 @@ def text(found):
 
 def _where_lines(where):
     """Return the sensors, modes and sites with the largest shares of the gap."""
+    from ssi_ros.report.parts import percent
     lines = []
     for kind in ('sensors', 'modes'):
         best = sorted((e for e in where[kind] if e['share'] > 0.005), key=lambda e: -e['share'])
@@ -224,7 +225,7 @@ def _where_lines(where):
             lines.append(f'{kind}: ' + ', '.join(
                 (f'{e["frequency_hz"]:.3f} Hz ' if 'frequency_hz' in e else '')
                 + f'{e["name"]} {100 * e["share"]:.0f} %' for e in best[:4]))
-    sites = ', '.join(f'{k} {100 * v:.0f} %' for k, v in where['site'].items() if v > 0.005)
+    sites = ', '.join(f'{k} {percent(v)}' for k, v in where['site'].items() if v > 0.005)
     return lines + ([f'site: {sites}'] if sites else [])
 
 

@@ -17,6 +17,7 @@ from ssi_ros.cli._colour import painted
 from ssi_ros.cli._memory import keep_freed_memory
 from ssi_ros.cli._options import name_values, QUIET
 from ssi_ros.cli._outputs import check_outputs
+from ssi_ros.cli._parser import Parser
 from ssi_ros.quantity import shown
 
 ROS = ('rclpy', '_msgs', '_srvs', '_interfaces')       # ends of names of its packages
@@ -32,7 +33,7 @@ def verbs():
 
 def parser(wanted=None):
     """Return the parser of the whole command line, or of one verb beside the names of all."""
-    top = argparse.ArgumentParser(
+    top = Parser(
         prog='ssi_ros', description='Watch a flexible spacecraft on orbit: simulate, identify, '
         'log to MCAP, replay, diagnose.',
         epilog='ssi_ros help VERB shows the options of a verb, with an example.')
@@ -71,6 +72,9 @@ def main(argv=None):
         _complete()
     if argv[:1] == ['help']:
         argv = [*argv[1:2], '--help']
+    if not argv:
+        parser('').print_help(sys.stderr)
+        return 2
     # the options of other verbs need not be known, nor what they import
     args = parser(argv[0] if argv else '').parse_args(argv)
     keep_freed_memory()
@@ -88,6 +92,8 @@ def main(argv=None):
         words = error
         if getattr(error, 'filename', None) and error.strerror:
             words = f'{error.filename}: {error.strerror}'
+            if isinstance(error, FileNotFoundError):
+                words = f'{error.filename} does not exist; give a file that does'
         _complain(args.verb, words)
         return 2
     except ModuleNotFoundError as error:

@@ -51,7 +51,7 @@ def run(args):
     from ssi_ros.bag.samples import input_channel
     from ssi_ros.cli._inputs import simulated_inputs
     from ssi_ros.cli._memory import check_memory
-    from ssi_ros.cli._options import Progress, say_taken
+    from ssi_ros.cli._options import Progress, say_taken, warn
     from ssi_ros.quantity import things
     from ssi_ros.cli._outputs import check_room, make_room
     from ssi_ros.cli.model import chosen
@@ -66,6 +66,8 @@ def run(args):
     spacecraft, effects = load_configuration(args.config)
     say_taken(args.config)
     effects += tuple(parse_effect(e) for e in args.effect)
+    warn([f'effect {e.name} is at the values that change nothing; give its size, such as '
+          f'{e.name}:{e.size}=...' for e in effects if e.is_null])
     rate_hz = args.rate_hz or spacecraft.rate_hz
     check_memory(COPIES * 8.0 * len(assemble(spacecraft).channels) * rate_hz * args.duration_s,
                  f'{args.duration_s:g} s at {rate_hz:g} Hz')

@@ -66,7 +66,7 @@ class Tracks:
     """
 
     alive: tuple = ()
-    next_identity: int = 0
+    next_identity: int = 1
     splits: tuple = ()
     merges: tuple = ()
 
@@ -97,14 +97,12 @@ def track(tracks, modes, patience=PATIENCE):
     alive, modes = list(tracks.alive), list(modes)
     pairs = _pairs(alive, modes) if alive and modes else []
     matched = {m: a for a, m in pairs}
-    births, named, number = [], [], tracks.next_identity
-    for m, mode in enumerate(modes):
-        if m in matched:
-            identity = alive[matched[m]].mode.identity
-        else:
-            identity, number = number, number + 1
-            births.append(identity)
-        named.append(replace(mode, identity=identity))
+    # new identities count up with the frequency, as the numbers of the modes on a page do
+    new = sorted(set(range(len(modes))) - set(matched), key=lambda m: modes[m].frequency_hz)
+    born = {m: tracks.next_identity + k for k, m in enumerate(new)}
+    births, number = list(born.values()), tracks.next_identity + len(new)
+    named = [replace(mode, identity=born[m] if m in born else alive[matched[m]].mode.identity)
+             for m, mode in enumerate(modes)]
     kept = [_seen(alive[matched[m]] if m in matched else None, mode)
             for m, mode in enumerate(named)]
     deaths = []

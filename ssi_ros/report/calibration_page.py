@@ -42,10 +42,11 @@ def calibration_page(found, model, recordings, settings, present, bags):
     view = replace(before, after=after.before, pairs_after=after.pairs_before,
                    rms=(*before.rms, after.rms[1]), better='calibrated model')
     moved = found.moved
+    shown = 6 if len(recordings) > 1 else 5     # a scatter between recordings needs two
     errors = Table(
-        ('number', 'moved by', 'in declared deviations', 'declared', 'remains', 'scatter'),
+        ('number', 'moved by', 'in declared deviations', 'declared', 'remains', 'scatter')[:shown],
         tuple((m.name, number(m.value), f'{m.value / m.declared:+.1f}', number(m.declared, 2),
-               number(m.remains, 2), number(m.scatter, 2)) for m in moved[:MOST]),
+               number(m.remains, 2), number(m.scatter, 2))[:shown] for m in moved[:MOST]),
         f'The {min(MOST, len(moved))} of {len(moved)} numbers that moved most. Relative errors, '
         'logarithms of damping ratios, metres of places.')
     # of several recordings it is said which one is meant

@@ -24,6 +24,7 @@ from ssi_ros.ros.identifier_settings import SampleInput
 from ssi_ros.ros.intake import Intake
 from ssi_ros.ros.intake_words import waits_for, watches
 from ssi_ros.ros.last_rows import LastRows
+from ssi_ros.ros.messages import clock_words
 from ssi_ros.ros.node import run, StageNode
 from ssi_ros.ros.recorded_inputs import InputTopics
 from ssi_ros.ros.worker import Background, diagnose_to_json
@@ -142,7 +143,7 @@ class GapNode(StageNode):
         if update.raised_ns == update.end_ns:
             self._alarm.publish(Bool(data=True))
             self.get_logger().warning(f'alarm: the samples have left the model ({update.cause}), '
-                                      f'window ending at {update.end_ns * 1e-9:.3f} s; call '
+                                      f'window ending at {clock_words(update.end_ns)}; call '
                                       '~/diagnose for the cause, ~/reset_alarm to watch anew')
 
     def _reset(self, request, response):

@@ -17,19 +17,24 @@ def identifier(node, states, worker, jumps):
     return [channel(node, s) for s in states] + [_identification(node, states, worker, jumps)]
 
 
+def known(number):
+    """Return a number, or no text where it is not known yet: no nan or inf in a diagnostic."""
+    return float(number) if math.isfinite(number) else ''
+
+
 def channel(node, state):
     """Return the status of one channel: what arrives now, at which rate, what is missing."""
     level, text = _judged(state)
     source, count = state.source, state.count
     return status(
         f'{node}: channel {source.name}', level, text, topic=source.resolved, field=source.field,
-        rate_hz=0.0 if state.silent_s else float(count.rate_hz), silent_s=float(state.silent_s),
+        rate_hz=0.0 if state.silent_s else known(count.rate_hz), silent_s=float(state.silent_s),
         lost_lately=state.lost, lost_share_lately=float(state.lost_share),
         received=count.received, missing=count.missing, late=count.late,
         duplicates=count.duplicates, out_of_order=count.out_of_order,
         not_finite=count.not_finite, bad_stamps=count.bad_stamps, off_rate=count.off_rate,
         unreadable=source.unreadable, longest_gap_s=float(count.longest_gap_s),
-        publishers=state.publishers, mixed=state.left_out, offset_s=state.offset_s)
+        publishers=state.publishers, mixed=state.left_out, offset_s=known(state.offset_s))
 
 
 def _judged(state):
@@ -151,7 +156,7 @@ def _identification(node, states, worker, jumps):
     return status(
         f'{node}: identification', level, text, grid_rate_hz=float(grid.rate_hz),
         window_fill=float(fill), windows=worker.computed, compute_s=float(worker.compute_s),
-        compute_worst_s=float(worker.worst_s), real_time_margin=float(margin),
+        compute_worst_s=float(worker.worst_s), real_time_margin=known(margin),
         modes=0 if last is None else len(last.modes), rows_waiting=worker.rows.waiting,
         windows_skipped=worker.rows.skipped, clock_jumps=jumps)
 

@@ -221,7 +221,12 @@ def run(node_class, args=None, beside=None):
         parameters.check_known(node)
         executor = EventsExecutor()
         executor.add_node(node)
-        if node.get_parameter('autostart').value and not _start(node):
+        autostart = node.get_parameter('autostart').value
+        if not autostart:
+            node.get_logger().info('unconfigured, since autostart is false; waits for: '
+                                   f'ros2 lifecycle set {node.get_fully_qualified_name()} '
+                                   'configure, then activate')
+        if autostart and not _start(node):
             code = 2
         else:
             other = beside(node) if beside is not None else None

@@ -19,4 +19,4 @@ def test_missing_samples_are_counted_by_their_stamps(tmp_path):
     assert b['messages'] == 2897 and b['gaps'] == 3        # logged as they were stamped
     lines = as_text(summary).splitlines()
     assert 'missing' not in lines[-2]
-    assert '103 samples missing by their stamps, in 3 gap(s)' in lines[-1]
+    assert '103 samples missing by their stamps, in 3 gaps' in lines[-1]

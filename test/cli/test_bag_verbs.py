@@ -35,7 +35,7 @@ def test_info(bag, capsys):
     assert ssi('info', bag) == 0
     text = capsys.readouterr().out
     assert '780 messages in 3.99 s' in text and 'seed: 3' in text
-    assert '1 gap(s) by receipt, the longest 0.210 s at 0.990 s' in text
+    assert '1 gap by receipt, the longest 0.210 s at 0.990 s' in text
     assert ssi('info', bag, '--json') == 0
     told = json.loads(capsys.readouterr().out)
     assert [t['messages'] for t in told['topics']] == [400, 380]

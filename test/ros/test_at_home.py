@@ -109,11 +109,15 @@ def test_diagnostics_name_the_topic_after_a_remap(bench):
     bench.processes.start('identifier', 'identifier', remaps=['left:=/imu/z'],
                           channels=['left'])
     bench.wait(lambda: any('no publisher of /imu/z' in text for _, text in texts(health)))
+    numbers = {v.value for m in health for s in m.status for v in s.values}
+    assert not numbers & {'nan', 'inf'}        # what is not known yet has no number
 
 
 def test_an_inactive_node_says_so(bench):
     """A node that is configured and not active reports that, and no window that fills."""
     _, health = identifier(bench, autostart=False)
+    bench.wait(lambda: 'unconfigured, since autostart is false; waits for: ros2 lifecycle set '
+               '/identifier configure' in bench.words('identifier'))
     request = ChangeState.Request(transition=Transition(id=Transition.TRANSITION_CONFIGURE))
     assert bench.call(ChangeState, '/identifier/change_state', request).success
     bench.wait(lambda: texts(health))
