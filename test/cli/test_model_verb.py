@@ -63,4 +63,5 @@ def test_without_ros_it_says_so(verb, monkeypatch, capsys):
 def test_a_file_that_is_not_there_is_told(capsys):
     """The name of the file and what is wrong with it, without a number of the system."""
     assert main(['model', '--config', 'no_such.yaml']) == 2
-    assert capsys.readouterr().err == 'ssi_ros model: no_such.yaml: No such file or directory\n'
+    assert capsys.readouterr().err == (
+        'ssi_ros model: no_such.yaml does not exist; give a file that does\n')

@@ -24,7 +24,7 @@ def test_the_bag_holds_the_samples(tmp_path):
 @pytest.mark.parametrize('extra, words', [
     (['--rate-hz', '40'], '8.970 Hz'), (['--duration-s', '0'], 'duration_s=0'),
     (['--seed', '-1'], 'seed=-1'), (['--start-s', '-5'], 'start_s=-5'),
-    (['--config', '/no/such/file'], 'No such file')])
+    (['--config', '/no/such/file'], 'does not exist')])
 def test_mistakes_are_told(tmp_path, capsys, extra, words):
     """Exit code 2, one line, and no bag is left behind."""
     assert main(['simulate', str(tmp_path / 'bag'), '--duration-s', '5', *extra]) == 2
