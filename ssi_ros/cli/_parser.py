@@ -9,9 +9,9 @@ from ssi_ros.quantity import shown
 
 # what argparse says, and how it is said here; values are quoted as they were typed
 SAID = (
-    (r"argument (\S+): invalid (?:int|integer) value: (.*)", r'\1 \2 is not a whole number'),
-    (r"argument (\S+): invalid (?:float|number) value: (.*)", r'\1 \2 is not a number'),
-    (r"argument (\S+): invalid choice: (.*?) \(choose from (.*)\)", r'\1 \2 is not one of \3'),
+    (r'argument (\S+): invalid (?:int|integer) value: (.*)', r'\1 \2 is not a whole number'),
+    (r'argument (\S+): invalid (?:float|number) value: (.*)', r'\1 \2 is not a number'),
+    (r'argument (\S+): invalid choice: (.*?) \(choose from (.*)\)', r'\1 \2 is not one of \3'),
     (r'argument (\S+): expected one argument', r'\1 needs a value'),
     (r'argument (\S+): expected at least one argument', r'\1 needs at least one value'),
     (r'the following arguments are required: (.*)', r'\1 is missing'),

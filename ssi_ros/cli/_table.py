@@ -17,8 +17,8 @@ def fitted(text, out):
 
 def mode_table(window, names):
     """Return a window's modes as text: number, identity, label, values with spreads, shape."""
-    lines = [f'{"mode":>4} {"id":>4} {"label":<11}{"frequency [Hz]":>22}{"damping [%]":>18}   shape at '
-             + ', '.join(names)]
+    lines = [f'{"mode":>4} {"id":>4} {"label":<11}{"frequency [Hz]":>22}{"damping [%]":>18}   '
+             'shape at ' + ', '.join(names)]
     for number, m in enumerate(sorted(window.modes, key=lambda m: m.frequency_hz), 1):
         shape = ' '.join(_component(z) for z in m.shape[:8])
         more = ' ...' if len(m.shape) > 8 else ''
