@@ -66,7 +66,9 @@ def cost(tree, *argv, python=False):
     tree : Path
         Checkout whose code runs.
     argv : str
-        Words of the command line; with `python`, of the interpreter.
+        Words of the command line.
+    python : bool
+        Whether they are those of the interpreter.
 
     Returns
     -------
@@ -100,7 +102,7 @@ def bag(name, *words):
 
 
 def exact(name, channels=4, modes=20):
-    """Return the file of the packaged spacecraft, declared exact, of so many channels and modes."""
+    """Return the file of the packaged spacecraft, exact, of so many channels and modes."""
     path, craft = FOLDER / f'{name}.yaml', load_spacecraft()
     if not path.exists():
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -218,10 +220,10 @@ def summary(found):
     for at, word in ((-1, 'now'), (0, 'before')):
         if at == -1 or len(next(iter(found.values()))) > 1:
             times = [found[e][at]['cpu_s'] for e in EFFECTS if e in found]
+            every = max(c[at]['cpu_s'] for c in found.values())
             lines.append(f'Single effects, {word}: median {np.median(times):.1f} s (target 1.5), '
                          f'95 % {np.quantile(times, 0.95):.1f} s (4), worst {max(times):.1f} s; '
-                         f'with the unexplained one {max(c[at]["cpu_s"] for c in found.values()):.1f}'
-                         ' s (15).')
+                         f'with the unexplained one {every:.1f} s (15).')
     return [*lines, '']
 
 

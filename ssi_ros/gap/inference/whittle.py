@@ -34,7 +34,11 @@ class Evidence:
     @cached_property
     def mean(self):
         """Their mean, shape (1, k, l, l)."""
-        return self.each.mean(axis=0, keepdims=True)
+        if 'each' in vars(self) or self.others:
+            return self.each.mean(axis=0, keepdims=True)
+        # those of a long record are never held all at once
+        total = sum(periodograms(self.spectrum[s:s + 1]) for s in self.segments)
+        return total / len(self.segments)
 
     def against(self, model):
         """Return periodograms as a model needs them, of how many segments each, and it."""
