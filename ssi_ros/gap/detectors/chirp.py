@@ -4,9 +4,9 @@ from scipy.fft import fft, next_fast_len
 from scipy.optimize import minimize
 
 from ssi_ros.effects.registry import deflection, detects
+from ssi_ros.events.track import best_lines
 from ssi_ros.gap.comparison import Detection
 from ssi_ros.gap.detectors.thresholds import LIMITS
-from ssi_ros.gap.detectors.track import best_lines
 
 SEGMENTS = 10           # of the record, each coherent in itself in the first search,
 SEGMENT_S = 66.0        # but no longer ones: that search would grow as the square of the record
