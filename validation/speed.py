@@ -1,12 +1,12 @@
 """
 Measure what the verbs cost: processor time and peak memory of fresh processes.
 
-    python -m validation.speed [PART ...] [--beside FOLDER] [--again]
+    python -m validation.speed [PART ...] [--beside FOLDER] [--only PATTERN] [--again]
 
 Parts are start, diagnosis, length, size, verbs and live; all by default. With `--beside`, another
 checkout of this repository, every command runs in that tree as well, right before it runs in this
-one. Results of earlier parts are kept in build/speed.json until `--again`; the page is written of
-all that there are.
+one. Results of earlier runs are kept in build/speed.json until `--again`; the page is written of
+all that there are. `--only` is a regular expression of the names of commands.
 """
 import argparse
 from dataclasses import dataclass, replace
@@ -93,12 +93,14 @@ def cost(tree, *argv, python=False):
 
 
 def bag(name, *words):
-    """Return a bag that is simulated by this tree, once."""
-    path = FOLDER / name
-    if not path.exists():
-        path.parent.mkdir(parents=True, exist_ok=True)
-        cost(ROOT, 'simulate', path, *words)
-    return path
+    """Return a function that returns a bag, simulated by this tree where it is not there yet."""
+    def made():
+        path = FOLDER / name
+        if not path.exists():
+            path.parent.mkdir(parents=True, exist_ok=True)
+            cost(ROOT, 'simulate', path, *words)
+        return path
+    return made
 
 
 def exact(name, channels=4, modes=20):
@@ -188,10 +190,13 @@ def live():
 PARTS = {f.__name__: f for f in (start, diagnosis, length, size, verbs, live)}
 
 
-def measured(part, trees):
-    """Run all commands of a part in every tree; return {command: [Cost as a dict, ...]}."""
+def measured(part, trees, only):
+    """Run the commands of a part in every tree; return {command: [Cost as a dict, ...]}."""
     found = {}
     for name, words, python in PARTS[part]():
+        if not re.search(only, name):
+            continue
+        words = [w() if callable(w) else w for w in words]
         found[name] = [vars(cost(t, *words, python=python)) for t in trees]
         print(part, name, *(f'{c["cpu_s"]:.2f} s {c["peak_mb"]:.0f} MB' for c in found[name]),
               flush=True)
@@ -278,12 +283,13 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.strip().splitlines()[0])
     parser.add_argument('parts', nargs='*', metavar='PART', help=', '.join(PARTS))
     parser.add_argument('--beside', type=Path, help='another checkout, to compare with')
+    parser.add_argument('--only', default='', help='commands that are measured')
     parser.add_argument('--again', action='store_true', help='forget what was measured before')
     args = parser.parse_args()
     kept = {} if args.again or not KEPT.exists() else json.loads(KEPT.read_text())
     trees = [t.resolve() for t in (args.beside, ROOT) if t]
     for part in args.parts or PARTS:
-        kept[part] = measured(part, trees)
+        kept.setdefault(part, {}).update(measured(part, trees, args.only))
         KEPT.parent.mkdir(exist_ok=True)
         KEPT.write_text(json.dumps(kept))
     beside = args.beside and subprocess.run(

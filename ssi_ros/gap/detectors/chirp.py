@@ -12,6 +12,7 @@ SEGMENTS = 10           # of the record, each coherent in itself in the first se
 SEGMENT_S = 66.0        # but no longer ones: that search would grow as the square of the record
 KEPT = 12               # rates and starts of the first search that are refined
 FINE = 2                # bins of a segment are so much closer than 1 / its length
+TOGETHER = 1 << 19      # values that are transformed at once
 CLIPPED = 6.0           # standard deviations, at which an impulse is cut
 LOUD = 40.0             # means of the power, at which a line is cut
 
@@ -131,13 +132,16 @@ def _refined(unit, weight, rate, start, rate_hz, duration_s):
     df = rate_hz / block / size
     shifts = np.fft.fftfreq(size, 1 / size) * df
     best = (0.0, start, start + rate * duration_s)
-    for more in np.arange(-reach, reach, 0.4 / duration_s) / duration_s:
-        power = np.abs(np.fft.fft(slow * np.exp(-1j * np.pi * more * t ** 2), size)) ** 2 / total
-        power[np.abs(shifts) > 2 * reach] = 0.0
-        top = int(np.argmax(power))
-        if power[top] > best[0]:
-            first = start + shifts[top]
-            best = (float(power[top]), first, first + (rate + more) * duration_s)
+    steps = np.arange(-reach, reach, 0.4 / duration_s) / duration_s
+    near, slow_of = np.flatnonzero(np.abs(shifts) <= 2 * reach), slow.astype(np.complex64)
+    for some in np.array_split(steps, -(-len(steps) * size // TOGETHER)):
+        # where the search goes on from, so that single precision will do
+        turn = np.exp(-1j * np.pi * some[:, None] * t ** 2).astype(np.complex64)
+        power = np.abs(fft(slow_of * turn, size, axis=1, overwrite_x=True)[:, near]) ** 2 / total
+        row, top = np.unravel_index(np.argmax(power), power.shape)
+        if power[row, top] > best[0]:
+            first = start + shifts[near[top]]
+            best = (float(power[row, top]), first, first + (rate + some[row]) * duration_s)
 
     def negative_power(ends):
         first, last = best[1] + ends[0] / duration_s, best[2] + ends[1] / duration_s
