@@ -190,9 +190,9 @@ def live():
 PARTS = {f.__name__: f for f in (start, diagnosis, length, size, verbs, live)}
 
 
-def measured(part, trees, only):
-    """Run the commands of a part in every tree; return {command: [Cost as a dict, ...]}."""
-    found = {}
+def measure(part, trees, only, kept):
+    """Run the commands of a part in every tree; enter and keep {command: [Cost as a dict, ...]}."""
+    found = kept.setdefault(part, {})
     for name, words, python in PARTS[part]():
         if not re.search(only, name):
             continue
@@ -200,7 +200,8 @@ def measured(part, trees, only):
         found[name] = [vars(cost(t, *words, python=python)) for t in trees]
         print(part, name, *(f'{c["cpu_s"]:.2f} s {c["peak_mb"]:.0f} MB' for c in found[name]),
               flush=True)
-    return found
+        KEPT.parent.mkdir(exist_ok=True)
+        KEPT.write_text(json.dumps(kept))
 
 
 def number(value, digits=2):
@@ -289,9 +290,7 @@ def main():
     kept = {} if args.again or not KEPT.exists() else json.loads(KEPT.read_text())
     trees = [t.resolve() for t in (args.beside, ROOT) if t]
     for part in args.parts or PARTS:
-        kept.setdefault(part, {}).update(measured(part, trees, args.only))
-        KEPT.parent.mkdir(exist_ok=True)
-        KEPT.write_text(json.dumps(kept))
+        measure(part, trees, args.only, kept)
     beside = args.beside and subprocess.run(
         ['git', 'rev-parse', '--short', 'HEAD'], cwd=args.beside, text=True,
         capture_output=True).stdout.strip()
