@@ -29,7 +29,7 @@ MAY_IMPORT = {            # layer: the layers that it may import, besides itself
     'inputs': {'records', 'model', 'effects', 'gap', 'integrity', 'updating'},
     'updating': {'records', 'model', 'effects', 'gap', 'integrity'},
     'levels': {'gap'},
-    'events': {'gap'},
+    'events': {'effects', 'gap'},
     'regimes': {'effects', 'events', 'gap'},
     'planning': {'model', 'effects', 'gap', 'updating', 'inputs'},
     'monitor': {'records'},

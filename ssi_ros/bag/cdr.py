@@ -17,6 +17,7 @@ import struct
 import numpy as np
 
 from .cdr_walk import Step, Walk
+from .mcap_runs import Rows
 from .schema import HEADER, numeric_fields, parse, short_name, SIZES, TIME
 
 _CODES = {'bool': 'B', 'byte': 'B', 'char': 'B', 'int8': 'b', 'uint8': 'B', 'int16': 'h',
@@ -91,7 +92,7 @@ class FieldReader:
 
         Parameters
         ----------
-        raws : list of bytes
+        raws : list of bytes, or Rows
             Messages in CDR.
 
         Returns
@@ -110,11 +111,8 @@ class FieldReader:
         if not raws:
             return (np.empty(0, np.int64) if self.has_stamp else None), np.empty(0)
         layout = self._layout_of(raws[0])
-        width = len(raws[0])
-        if all(len(r) == width for r in raws):
-            block = np.frombuffer(b''.join(raws), np.uint8).reshape(len(raws), width)
-            columns = [block[:, o:o + struct.calcsize(c)].copy().view(layout.order + c)[:, 0]
-                       for o, c in layout.items]
+        columns = _columns(raws, layout)
+        if columns:
             first = layout.unpack(raws[0])
             lengths = layout.pick(range(len(columns)))
             lengths = lengths if isinstance(lengths, tuple) else (lengths,)
@@ -153,6 +151,20 @@ class FieldReader:
             layout = self._layouts[key] = _layout(
                 walk.order, items, {0, *(at for at, _ in lengths)}, stamp, offset, raw)
         return layout
+
+
+def _columns(raws, layout):
+    """Return the columns of the items of a layout, where all messages have one size, or None."""
+    if isinstance(raws, Rows):
+        if np.ptp(raws.sizes()):
+            return None
+        return [raws.column(o, layout.order + c) for o, c in layout.items]
+    width = len(raws[0])
+    if any(len(r) != width for r in raws):
+        return None
+    block = np.frombuffer(b''.join(raws), np.uint8).reshape(len(raws), width)
+    return [block[:, o:o + struct.calcsize(c)].copy().view(layout.order + c)[:, 0]
+            for o, c in layout.items]
 
 
 def _layout(order, items, fixed, stamp, value, raw):

@@ -7,6 +7,7 @@ import numpy as np
 from ssi_ros.limits import LIMITS
 
 from .cdr import field_reader
+from .mcap_runs import LEAST, Rows
 from .read import Bag, open_bag
 from .schema import numeric_fields, short_name
 
@@ -151,6 +152,8 @@ def read_channels(path, channels=None, progress=None):
 
     def convert(topic):
         logs, raws = waiting[topic]
+        if not logs and parts[readers[topic][0][0]][0]:
+            return
         times = np.concatenate(logs) if logs else np.empty(0, np.int64)
         for i, reader in readers[topic]:
             try:
@@ -164,6 +167,12 @@ def read_channels(path, channels=None, progress=None):
     held = dict.fromkeys(readers, 0)
     for done, (_, _, found) in enumerate(bag.pieces(topics=list(readers))):
         for topic, (logs, _, raws) in found.items():
+            if isinstance(raws, Rows) and len(raws) >= LEAST:
+                # columns of what lies in one chunk need no messages one by one
+                convert(topic)
+                waiting[topic] = [np.array(logs, np.int64)], raws
+                convert(topic)
+                continue
             waiting[topic][0].append(np.array(logs, np.int64))
             waiting[topic][1].extend(raws)
             held[topic] += sum(map(len, raws))

@@ -6,6 +6,7 @@ are equal, alternate between two steps, or, half a period apart, come evenly at 
 then the last but one sample predicts the next, and the last one adds nothing.
 """
 import numpy as np
+from ssi_ros.arrays import distinct
 
 SHARE = 0.05            # of a channel's samples that are doubled or alternate, at least
 LEAST = 20              # of them, at least
@@ -51,7 +52,7 @@ def mixed_words(name, stamps_ns, values):
                 f'and another value{_where(stamps, twice)}: two publishers sent on one topic, or '
                 'the stamps are too coarse for the rate; record it again from one, or cut the '
                 'record there')
-    stamps = np.unique(stamps)
+    stamps = distinct(stamps)
     count, at = in_turn(stamps)
     if count > max(LEAST, SHARE * len(stamps)):
         first = at[len(at) // 2 // BLOCK * BLOCK]
@@ -120,8 +121,9 @@ def doubtful_words(name, stamps_ns, values):
     str
 
     """
-    stamps, first = np.unique(stamps_ns, return_index=True)
-    values = values[first]
+    order = np.argsort(stamps_ns, kind='stable')
+    order = order[np.append(True, np.diff(stamps_ns[order]) != 0)[:len(order)]]
+    stamps, values = stamps_ns[order], values[order]
     usable = np.abs(values) < LOUDEST
     stamps, values = stamps[usable], values[usable]
     if len(values) < PART // 2:

@@ -10,6 +10,7 @@ import zstandard
 
 from .mcap_file import MESSAGE_HEAD
 from .mcap_records import chunk_head, ChunkHead, HEAD, KNOWN, MESSAGE, PRIVATE, records_in
+from .mcap_runs import LEAST, Rows, run, take
 
 COMPRESSIONS = ('zstd', 'lz4', '')
 DAMAGE = (zstandard.ZstdError, RuntimeError, EOFError)
@@ -141,7 +142,7 @@ def messages_in(records, wanted=None, most=None, strict=True):
     Returns
     -------
     dict
-        Channel id -> (log times [ns], publish times [ns], CDR bytes): two arrays, one list.
+        Channel id -> (log times [ns], publish times [ns], CDR bytes): two arrays, `Rows`.
 
     Raises
     ------
@@ -149,9 +150,14 @@ def messages_in(records, wanted=None, most=None, strict=True):
         If a record is longer than the piece, or a time is beyond those of ROS.
 
     """
-    found, columns = {}, {}
-    at, end = 0, len(records)
+    found, at, end, before, retry = {}, 0, len(records), None, 0
     unpack_message, unpack_head = MESSAGE_HEAD.unpack_from, HEAD.unpack_from
+
+    def columns(channel):
+        if channel not in found:
+            found[channel] = array('Q'), array('Q'), Rows(records, most)
+        return found[channel]
+
     while at + 9 <= end:
         if records[at] != MESSAGE:
             at += 9 + unpack_head(records, at)[1]
@@ -162,18 +168,19 @@ def messages_in(records, wanted=None, most=None, strict=True):
         stop = at + 9 + length
         if stop > end or length < 22:
             break
-        add = columns.get(channel)
-        if add is None:
-            lists = (array('Q'), array('Q'), [])
-            if wanted is None or channel in wanted:
-                found[channel] = lists
-                add = columns[channel] = tuple(c.append for c in lists)
-            else:
-                add = columns[channel] = ()
-        if add:
-            add[0](log)
-            add[1](publish)
-            add[2](records[at + 31:stop if most is None else min(stop, at + 31 + most)])
+        if length == before and at >= retry:
+            heads = run(records, at, stop - at)
+            retry = at + LEAST * (stop - at)
+            if len(heads) >= LEAST:
+                take(heads, at, columns, wanted)
+                at += len(heads) * (stop - at)
+                continue
+        before = length
+        if wanted is None or channel in wanted:
+            logs, publishes, rows = columns(channel)
+            logs.append(log)
+            publishes.append(publish)
+            rows.append(at + 31, stop)
         at = stop
     if strict and at != end:
         raise ValueError(f'the record at byte {min(at, end)} of a piece of {end} bytes is longer '

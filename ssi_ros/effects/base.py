@@ -194,6 +194,10 @@ class Effect:
         """Return values (n, l) with the effect in them, None unless it acts on samples alone."""
         return None
 
+    def in_record(self, begin_s, span_s, duration_s):
+        """Return the effect of a part of a record, begun at an instant, as that of the whole."""
+        return self
+
     def spacecraft(self, spacecraft):
         """Return the spacecraft with the effect in its numbers."""
         return spacecraft

@@ -1,5 +1,6 @@
 """The level of the excitation comes and goes."""
 from dataclasses import replace
+import math
 
 from ssi_ros.effects.base import Effect, effect, ModalPattern, Site
 from ssi_ros.model.excitation import Varying
@@ -23,6 +24,11 @@ class NonstationaryExcitation(Effect):
     period_s: float = quantity(120.0, unit='s', low=1.0, high=1e5, doc='period of the level')
     phase_rad: float = quantity(0.0, unit='rad', low=-7.0, high=7.0,
                                 doc='phase of the level at the first sample')
+
+    def in_record(self, begin_s, span_s, duration_s):
+        """Return the modulation with its phase at the first sample of the record."""
+        phase = self.phase_rad - 2 * math.pi * begin_s / self.period_s
+        return replace(self, phase_rad=math.remainder(phase, 2 * math.pi))
 
     def apply(self, setup):
         """Return the setup with all parts of the excitation varying together."""

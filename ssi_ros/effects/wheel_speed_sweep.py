@@ -23,6 +23,13 @@ class WheelSpeedSweep(Effect):
     torque_n_m: float = quantity(0.0, unit='N m', low=0.0, high=1e4, doc='amplitude')
     drives: str = quantity('first', doc='input that it drives, or first')
 
+    def in_record(self, begin_s, span_s, duration_s):
+        """Return the sweep that goes on as it does in a part of the record."""
+        rate = (self.end_hz - self.start_hz) / span_s
+        start_hz = self.start_hz - rate * begin_s
+        return self.within(**{**self.values(), 'start_hz': start_hz,
+                              'end_hz': start_hz + rate * duration_s})
+
     def apply(self, setup):
         """Return the setup with the chirp among its excitation."""
         return add_part(setup, Chirp(input_name(setup.system, self.drives), self.torque_n_m,

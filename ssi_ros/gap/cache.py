@@ -8,6 +8,7 @@ by, so that a changed effect never meets an old file. The folder is `$XDG_CACHE_
 from functools import lru_cache
 import hashlib
 import inspect
+import json
 import os
 from pathlib import Path
 import zipfile
@@ -17,14 +18,17 @@ import numpy as np
 import ssi_ros
 from ssi_ros.effects import effect_class
 from ssi_ros.gap.inference.score_test import make_templates, Templates
-from ssi_ros.gap.inference.unmodelled.templates import make_change_templates
+from ssi_ros.gap.inference.unmodelled.templates import (
+    ChangeTemplates, make_change_templates, UnmodelledChange)
 from ssi_ros.gap.nominal.simulator import Simulator
 from ssi_ros.gap.nominal.starting_points import starting_points
 from ssi_ros.gap.spectra.segmentation import frame_at
 from ssi_ros.whole_file import whole_file
 
 KEPT = 4                # sets of templates that stay, on disk and in memory; some 120 MB each
-LAYERS = ('model', 'effects', 'gap')
+LAYERS = ('model', 'effects', 'gap', 'updating')
+# none, or half a file of a crash: templates are made anew
+UNREADABLE = OSError, ValueError, KeyError, IndexError, EOFError, TypeError, zipfile.BadZipFile
 _IN_MEMORY = {}
 
 
@@ -73,9 +77,16 @@ def unmodelled_templates(simulator, settings):
 @lru_cache(maxsize=KEPT)
 def _unmodelled(spacecraft, rows, width, segments, settings, present):
     # means over the record: where the segments are does not count
-    frame = frame_at(spacecraft.rate_hz, width, tuple(range(0, segments * width, width)), settings)
-    return make_change_templates(Simulator(
-        spacecraft, frame, rows / spacecraft.rate_hz, present))
+    name = 'changes-' + templates_key(
+        spacecraft, rows, width, segments, settings.low_hz, settings.high_share, present)
+    found = load_changes(name)
+    if found is None:
+        frame = frame_at(spacecraft.rate_hz, width, tuple(range(0, segments * width, width)),
+                         settings)
+        found = make_change_templates(Simulator(
+            spacecraft, frame, rows / spacecraft.rate_hz, present))
+        save_changes(name, found)
+    return found
 
 
 def _rows(simulator):
@@ -109,19 +120,45 @@ def load_templates(key, effects):
             kept = [effects[i] for i in file['kept']]
             modulation = {int(k[1:]): file[k] for k in file.files if k[1:].isdigit()}
             return Templates(tuple(kept), file['changes'], modulation, float(file['level']))
-    except (OSError, ValueError, KeyError, IndexError, EOFError, zipfile.BadZipFile):
-        return None                     # none, or half a file of a crash: make them anew
+    except UNREADABLE:
+        return None
 
 
 def save_templates(key, templates, effects):
     """Write templates whole or not at all; a folder that cannot be written is left alone."""
+    _save(key, changes=templates.changes, level=templates.level,
+          kept=[effects.index(e) for e in templates.effects],
+          **{f'm{i}': m for i, m in templates.modulation.items()})
+
+
+def load_changes(key):
+    """Return the ChangeTemplates of a key, or None."""
+    try:
+        with np.load(folder() / key) as file:
+            words = json.loads(str(file['effects']))
+            return ChangeTemplates(*(Templates(
+                tuple(UnmodelledChange(**{**w, 'damped': w['damped'] and tuple(w['damped'])})
+                      for w in words[i]), file[f'changes{i}'], {}, float(file[f'level{i}']))
+                for i in range(2)))
+    except UNREADABLE:
+        return None
+
+
+def save_changes(key, found):
+    """Write ChangeTemplates as `save_templates` does."""
+    both = found.constant, found.drifting
+    _save(key, effects=json.dumps([[vars(e) for e in t.effects] for t in both]),
+          **{f'changes{i}': t.changes for i, t in enumerate(both)},
+          **{f'level{i}': t.level for i, t in enumerate(both)})
+
+
+def _save(key, **arrays):
     try:
         folder().mkdir(parents=True, exist_ok=True)
         with whole_file(folder() / key, 'wb') as file:
-            np.savez(file, changes=templates.changes, level=templates.level,
-                     kept=[effects.index(e) for e in templates.effects],
-                     **{f'm{i}': m for i, m in templates.modulation.items()})
-        files = sorted(folder().glob('templates-*.npz'), key=lambda p: p.stat().st_mtime)
+            np.savez(file, **arrays)
+        kind = key.partition('-')[0]
+        files = sorted(folder().glob(f'{kind}-*.npz'), key=lambda p: p.stat().st_mtime)
         for path in files[:-KEPT]:
             path.unlink(missing_ok=True)
     except OSError:

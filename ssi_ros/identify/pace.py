@@ -9,6 +9,7 @@ import cmath
 from dataclasses import dataclass
 
 import numpy as np
+from ssi_ros.arrays import distinct
 
 SHORT = 64              # stamps that tell a gross difference, 2 % or more
 LONG = 256              # stamps that tell a fine one
@@ -39,7 +40,7 @@ def fits(ticks, drift=DRIFT):
         True as well where they are too few or too uneven to tell.
 
     """
-    ticks = np.unique(ticks)
+    ticks = distinct(ticks)
     if len(ticks) < 8:
         return True
     span = ticks[-1] - ticks[0]
@@ -102,6 +103,11 @@ class Pace:
         """Return the Verdict on stamps in ticks; those of a channel that is off are not used."""
         use, at, lost_at = np.zeros(len(ticks), dtype=bool), 0, None
         while at < len(ticks) and lost_at is None:      # the rest is judged by another rate
+            plain = self._plain(ticks[at:])
+            if plain:
+                use[at:at + plain] = True
+                at += plain
+                continue
             n = min(SHORT - self._size, len(ticks) - at)
             use[at:at + n] = not self.off
             self._block.append(ticks[at:at + n])
@@ -109,6 +115,30 @@ class Pace:
             if self._size == SHORT and self._judge():
                 lost_at = at
         return Verdict(use, lost_at)
+
+    def _plain(self, ticks):
+        """Take what is in whole blocks that clearly are on the comb; return how many stamps."""
+        count, width = len(ticks) // SHORT, LONG // SHORT
+        before = self._blocks[1 - width:]
+        if self.off or self._size or count < width or not all(b.plain for b in before):
+            return 0
+        blocks = ticks[:count * SHORT].reshape(count, SHORT)
+        means = np.exp(2j * np.pi * np.mod(blocks, 1.0)).mean(axis=1)
+        good = (np.abs(means) >= TOGETHER) & (
+            SHORT - 1 <= CROWDED * np.abs(blocks[:, -1] - blocks[:, 0]))
+        middles = np.append([b.middle for b in before], blocks[:, SHORT // 2])
+        means = np.append([b.mean for b in before], means)
+        # as `_drift`, of all LONG stamps that end with each block
+        windows = np.lib.stride_tricks.sliding_window_view
+        turns = windows(np.cumsum(np.append(0.0, np.angle(means[1:] / means[:-1]))), width)
+        at = windows(middles, width)
+        at = at - at.mean(axis=1, keepdims=True)
+        drifts = (at * turns).sum(axis=1) / (at * at).sum(axis=1) / (2 * np.pi)
+        good[count - len(drifts):] &= np.abs(drifts) <= LOST
+        if not good.all():
+            count = int(np.argmin(good))
+        self._blocks = [*before, *map(_Block, blocks[max(0, count - width):count])][-width:]
+        return count * SHORT
 
     def _judge(self):
         """Judge a block that is full; return whether the pace was lost with it."""
@@ -167,7 +197,7 @@ def misfit(name, stamps_ns, rate_hz):
         The rate asked for [Hz].
 
     """
-    stamps = np.unique(stamps_ns)
+    stamps = distinct(stamps_ns)
     if len(stamps) < 3:
         return ''
     steps = np.diff(stamps) * 1e-9

@@ -5,8 +5,10 @@ import numpy as np
 import pytest
 
 from ssi_ros.effects import parse_effect
-from ssi_ros.gap.cache import folder, load_templates, save_templates, templates_key
+from ssi_ros.gap.cache import (
+    folder, load_changes, load_templates, save_changes, save_templates, templates_key)
 from ssi_ros.gap.inference.score_test import make_templates
+from ssi_ros.gap.inference.unmodelled.templates import make_change_templates
 from ssi_ros.gap.nominal.simulator import Simulator
 from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.gap.spectra.segmentation import make_frame
@@ -58,3 +60,16 @@ def test_a_folder_that_cannot_be_written_is_left_alone(templates, tmp_path, monk
     monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path / 'file'))
     save_templates('templates-x.npz', templates, EFFECTS)
     assert load_templates('templates-x.npz', EFFECTS) is None
+
+
+def test_changes_that_no_effect_makes_are_kept_too(tmp_path, monkeypatch):
+    """What is read is what was made: words, numbers, also infinite ones, and spectra."""
+    monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path))
+    frame = make_frame(6000, 100.0, DiagnosisSettings())
+    made = make_change_templates(Simulator(load_spacecraft(), frame, 60.0))
+    assert load_changes('changes-x.npz') is None
+    save_changes('changes-x.npz', made)
+    again = load_changes('changes-x.npz')
+    for one, two in ((made.constant, again.constant), (made.drifting, again.drifting)):
+        assert one.effects == two.effects and one.level == two.level
+        assert np.array_equal(one.changes, two.changes)

@@ -1,7 +1,7 @@
 """Straight tracks: found where they are, by the same search as trying each of them."""
 import numpy as np
 import pytest
-from ssi_ros.gap.detectors.track import best_lines, cells, LOUD, straight
+from ssi_ros.events.track import best_lines, cells, LOUD, straight
 
 
 def test_the_best_line_is_that_of_trying_all():

@@ -5,7 +5,7 @@ import pytest
 from ssi_ros.bag import Channel, Recording
 from ssi_ros.identify import Identification
 from ssi_ros.identify.grid import Grid
-from ssi_ros.identify.pace import fits, misfit
+from ssi_ros.identify.pace import fits, LONG, misfit, Pace
 from ssi_ros.identify.stamped import identify_stamped
 from ssi_ros.report.samples import samples_of
 
@@ -110,3 +110,16 @@ def test_a_diagnosis_refuses_a_rate_that_changes():
     """The answer says where to cut."""
     with pytest.raises(ValueError, match=r'rate of a changes before 3[01]\.\d s; cut'):
         samples_of(recording(changed(), changed()))
+
+
+def test_many_blocks_at_once_are_judged_as_one_by_one(rng):
+    """Stamps in one call and in calls of a few give the same verdicts, also where one goes off."""
+    ticks = np.arange(4000) + 0.02 * rng.standard_normal(4000)
+    ticks[2500:] = 2500 + 1.03 * (ticks[2500:] - 2500)
+    one, few = Pace(), Pace()
+    whole = one.take(ticks)
+    parts = [few.take(ticks[i:i + 50]) for i in range(0, whole.lost_at, 50)]
+    assert 2500 < whole.lost_at < 2500 + 2 * LONG
+    assert whole.lost_at == 50 * (len(parts) - 1) + parts[-1].lost_at
+    assert all(p.lost_at is None for p in parts[:-1])
+    assert whole.use[:whole.lost_at].all() and not whole.use[whole.lost_at:].any()

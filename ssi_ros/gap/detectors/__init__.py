@@ -51,24 +51,6 @@ def open_set(simulator, fitted, reconstruction, channels):
         record, reconstruction.values, reconstruction.inside))
 
 
-def explained_below_band(whole, fitted, settings, detections):
-    """
-    Return the log odds of detections below the fitted band that are gone with a fit.
-
-    No likelihood of a fit has counted those frequencies; a nutation there is like slow noise. The
-    detections are of the model without effects, `whole()` returns a model side and the samples
-    without gaps, the rest is as of `detect_in_spectrum`.
-    """
-    before = {d.effect: d.log_odds for d in detections if d.effect
-              and effect_class(d.effect).below_band and d.effect not in fitted.candidate.names}
-    if not before:
-        return 0.0
-    simulator, samples = whole()
-    after = {d.effect: d.log_odds for d in detect_in_spectrum(
-        simulator, fitted, samples, settings, tuple(before))}
-    return sum(max(odds - after.get(name, 0.0), 0.0) for name, odds in before.items())
-
-
 def tests_of(names):
     """Return how many detectors search one record for the effects named."""
     return sum(name in names for of in ('samples', 'input', 'spectrum') for name in detectors(of))

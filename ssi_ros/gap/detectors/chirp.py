@@ -4,13 +4,15 @@ from scipy.fft import fft, next_fast_len
 from scipy.optimize import minimize
 
 from ssi_ros.effects.registry import deflection, detects
+from ssi_ros.events.track import best_lines
 from ssi_ros.gap.comparison import Detection
 from ssi_ros.gap.detectors.thresholds import LIMITS
-from ssi_ros.gap.detectors.track import best_lines
 
-SEGMENTS = 10           # of the record, each coherent in itself in the first search
+SEGMENTS = 10           # of the record, each coherent in itself in the first search,
+SEGMENT_S = 66.0        # but no longer ones: that search would grow as the square of the record
 KEPT = 12               # rates and starts of the first search that are refined
 FINE = 2                # bins of a segment are so much closer than 1 / its length
+TOGETHER = 1 << 19      # values that are transformed at once
 CLIPPED = 6.0           # standard deviations, at which an impulse is cut
 LOUD = 40.0             # means of the power, at which a line is cut
 
@@ -58,36 +60,46 @@ def chirp_deflection(effect, sensitivity):
 
 def _candidates(unit, rate_hz, band):
     """Return the rates and starts [Hz/s, Hz] of the best sums of power along straight lines."""
-    rows = len(unit) // SEGMENTS
-    segments = unit[:rows * SEGMENTS].reshape(SEGMENTS, rows).astype(np.float32)
+    count = _segments(len(unit) / rate_hz)
+    rows = len(unit) // count
+    segments = unit[:rows * count].reshape(count, rows).astype(np.float32)
     length_s = rows / rate_hz
     t = (np.arange(rows) - rows / 2) / rate_hz
-    middles = (np.arange(SEGMENTS) + 0.5) * length_s
+    middles = (np.arange(count) + 0.5) * length_s
     size = next_fast_len(FINE * rows)
     df = rate_hz / size
-    highest = (band[1] - band[0]) / (SEGMENTS * length_s)
+    highest = (band[1] - band[0]) / (count * length_s)
     coarse = 1.5 / length_s ** 2           # 0.6 rad at the ends of a segment, half of it
-    fine = df / (SEGMENTS * length_s)
+    fine = df / (count * length_s)
     inner = np.arange(-int(coarse / fine / 2) - 1, int(coarse / fine / 2) + 1) * fine
     first, last = int(band[0] / df), int(band[1] / df)
     found = []
-    for rate in np.arange(-highest, highest + coarse, coarse):
+    for rate in np.arange(coarse / 2, highest + coarse, coarse):
         turn = np.exp(-1j * np.pi * rate * t ** 2).astype(np.complex64)
-        power = np.abs(fft(segments * turn, size, axis=1)[:, :last]) ** 2 / np.float32(rows)
-        # one strong bin is a line; it must not stand for all segments
-        power = np.minimum(power, np.float32(LOUD))
-        shifts = np.rint((rate + inner)[:, None] * middles / df).astype(np.int64)
-        tops, starts = best_lines(power, shifts, first, last)
-        found += [(top, rate + more, start * df)
-                  for top, more, start in zip(tops, inner, starts) if start >= 0]
+        both = fft(segments * turn, size, axis=1, overwrite_x=True)
+        # of a real series what falls is at negative frequencies of what rises
+        for way, half in ((rate, both[:, :last]), (-rate, both[:, :-last:-1])):
+            power = (half.real ** 2 + half.imag ** 2) / np.float32(rows)
+            if way < 0:
+                power = np.hstack([power[:, :1], power])
+            # one strong bin is a line; it must not stand for all segments
+            power = np.minimum(power, np.float32(LOUD))
+            shifts = np.rint((way + inner)[:, None] * middles / df).astype(np.int64)
+            tops, starts = best_lines(power, shifts, first, last)
+            found += [(top, way + more, start * df)
+                      for top, more, start in zip(tops, inner, starts) if start >= 0]
     kept = []
     for _, rate, start in sorted(found, reverse=True):
-        if all(abs(rate - r) * SEGMENTS * length_s + abs(start - s) > 3 / length_s
+        if all(abs(rate - r) * count * length_s + abs(start - s) > 3 / length_s
                for r, s in kept):
             kept.append((rate, start))
         if len(kept) == KEPT:
             break
     return kept
+
+
+def _segments(duration_s):
+    return max(SEGMENTS, round(duration_s / SEGMENT_S))
 
 
 def _amplitude(one, unit, start, rate):
@@ -115,18 +127,21 @@ def _refined(unit, weight, rate, start, rate_hz, duration_s):
     rows = len(unit) // block
     slow = turned[:rows * block].reshape(rows, block).sum(axis=1)
     t = (np.arange(rows) + 0.5) * block / rate_hz
-    reach = 4 * SEGMENTS / FINE / duration_s              # of both ends, [Hz]
+    reach = 4 * _segments(duration_s) / FINE / duration_s     # of both ends, [Hz]
     size = 4 * next_fast_len(rows)
     df = rate_hz / block / size
     shifts = np.fft.fftfreq(size, 1 / size) * df
     best = (0.0, start, start + rate * duration_s)
-    for more in np.arange(-reach, reach, 0.4 / duration_s) / duration_s:
-        power = np.abs(np.fft.fft(slow * np.exp(-1j * np.pi * more * t ** 2), size)) ** 2 / total
-        power[np.abs(shifts) > 2 * reach] = 0.0
-        top = int(np.argmax(power))
-        if power[top] > best[0]:
-            first = start + shifts[top]
-            best = (float(power[top]), first, first + (rate + more) * duration_s)
+    steps = np.arange(-reach, reach, 0.4 / duration_s) / duration_s
+    near, slow_of = np.flatnonzero(np.abs(shifts) <= 2 * reach), slow.astype(np.complex64)
+    for some in np.array_split(steps, -(-len(steps) * size // TOGETHER)):
+        # where the search goes on from, so that single precision will do
+        turn = np.exp(-1j * np.pi * some[:, None] * t ** 2).astype(np.complex64)
+        power = np.abs(fft(slow_of * turn, size, axis=1, overwrite_x=True)[:, near]) ** 2 / total
+        row, top = np.unravel_index(np.argmax(power), power.shape)
+        if power[row, top] > best[0]:
+            first = start + shifts[near[top]]
+            best = (float(power[row, top]), first, first + (rate + some[row]) * duration_s)
 
     def negative_power(ends):
         first, last = best[1] + ends[0] / duration_s, best[2] + ends[1] / duration_s

@@ -78,17 +78,22 @@ class Sensitivity:
         return amplitude * np.sqrt(at.mean() / 2) * np.sum(self.taper)
 
 
-def reconstruct(simulator, fitted, samples, settings, missing=None):
+def reconstruct(simulator, fitted, samples, settings, missing=None, filters=None):
     """
     Return the Reconstruction of the first input of a record by a fit that holds but for it.
 
-    `samples` have no gaps; `missing`, (n,) of bool, says which rows were filled.
+    `samples` have no gaps; `missing`, (n,) of bool, says which rows were filled. Blocks of a
+    record share their `filters`, by length.
     """
-    # a clock that is wrong in the model as well: frequencies are those of the true time
-    setup = simulator.setup(fitted.candidate, fitted.levels)
-    rate_hz = setup.system.rate_hz
-    frame = whole_frame(len(samples.values), rate_hz, settings, EDGE_S)
-    row, gain, inverse, excited = input_filter(simulator, setup, fitted.levels, frame)
+    filters, rows = {} if filters is None else filters, len(samples.values)
+    if rows not in filters:
+        # a clock that is wrong in the model as well: frequencies are those of the true time
+        setup = simulator.setup(fitted.candidate, fitted.levels)
+        frame = whole_frame(rows, setup.system.rate_hz, settings, EDGE_S)
+        found = input_filter(simulator, setup, fitted.levels, frame)
+        filters[rows] = (frame, *found, np.linalg.cholesky(found[2]),
+                         resonance_doubt(simulator, setup, frame))
+    frame, row, gain, inverse, excited, root, doubt = filters[rows]
     spectrum = spectra(samples, frame)[0]
     values = np.einsum('kj,kj->k', row, spectrum) / gain
     rest = np.einsum('kij,kj->ki', inverse, spectrum) - (
@@ -96,11 +101,11 @@ def reconstruct(simulator, fitted, samples, settings, missing=None):
     own = np.sqrt(np.maximum(np.einsum('kii->ki', inverse).real
                              - np.abs(row) ** 2 / gain[:, None] ** 2, 1e-300))
     power = np.einsum('ki,ki->k', spectrum.conj(), rest).real
-    white = np.einsum('kji,kj->ki', np.linalg.cholesky(inverse).conj(), spectrum)
-    return Reconstruction(rate_hz, frame.rows, frame.first, values, gain, frame.taper, rest / own,
-                          own, power, white, excited,
-                          np.zeros(frame.rows, bool) if missing is None else missing, spectrum,
-                          inverse, resonance_doubt(simulator, setup, frame))
+    white = np.einsum('kji,kj->ki', root.conj(), spectrum)
+    return Reconstruction(
+        frame.rate_hz, frame.rows, frame.first, values, gain, frame.taper, rest / own, own, power,
+        white, excited, np.zeros(frame.rows, bool) if missing is None else missing, spectrum,
+        inverse, doubt)
 
 
 def sensitivity(simulator, setup, levels, rows, settings):

@@ -142,7 +142,7 @@ class _Place:
         slopes = self.shares() + self.changes
         if max(map(len, slopes)) > len(self.model):
             # one number makes the segments differ: all must be whitened one by one
-            self.model = np.repeat(self.model, self.problem.evidence.frame.segments, axis=0)
+            self.model = np.repeat(self.model, self.problem.evidence.frame.parts, axis=0)
             self.whitened = self.uncertainty.taken_out(
                 whiten(self.model, self.problem.evidence))
         whitened, uncertainty = self.whitened, self.uncertainty

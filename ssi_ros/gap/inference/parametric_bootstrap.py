@@ -9,9 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import norm
 
-from ssi_ros.gap.detectors import anomalies, detect_in_input, detect_in_spectrum, open_set
+from ssi_ros.events.blocks import search
 from ssi_ros.gap.detectors.amplitude_modulation import Modulation, modulation_by_chance
-from ssi_ros.gap.detectors.input_reconstruction import reconstruct
 from ssi_ros.gap.detectors.thresholds import LIMITS as DETECTION
 from ssi_ros.gap.inference.goodness_of_fit import measure
 from ssi_ros.gap.inference.indirect_inference import simulated_records
@@ -112,16 +111,13 @@ class BootstrapTests:
             return [], []
         if simulator.recorded:
             simulator, samples = remainder(simulator, samples, fitted.levels, fitted.candidate)
-        of_input = reconstruct(simulator, fitted, samples, self.settings)
-        found = [(d.effect, d.p_value) for d in detect_in_input(of_input, names)
-                 + detect_in_spectrum(simulator, fitted, samples, self.settings, names)]
-        if self.anomalies:
-            odd = anomalies(of_input, samples.channels) + open_set(
-                simulator, fitted, of_input, samples.channels)
-            found += [(a.basis, a.p_value) for a in odd]
-        return found, [modulation_by_chance(of_input, d.parameters['period_s'])
-                       for d in self.detections
-                       if isinstance(d, Modulation) and fitted.candidate.nonlinear]
+        periods = [d.parameters['period_s'] for d in self.detections
+                   if isinstance(d, Modulation) and fitted.candidate.nonlinear]
+        by_chance = []
+        found, odd = search(
+            simulator, fitted, samples, self.settings, names, odd=self.anomalies,
+            also=lambda one: by_chance.extend(modulation_by_chance(one, p) for p in periods))
+        return [(d.effect or d.basis, d.p_value) for d in found + odd], by_chance
 
 
 def bootstrap_floor(simulator, best, estimate, tests):

@@ -26,7 +26,7 @@ class Templates:
 
     effects: tuple          # one a template, at its starting value
     changes: np.ndarray     # (t, k, l, l), complex64, of S at nominal levels, segments' mean
-    modulation: dict        # {template: (segments, k, l, l)}, deviations from that mean
+    modulation: dict        # {template: (parts, k, l, l)}, deviations from that mean
     level: float            # power of all excitation at nominal levels
     shifts: np.ndarray = None   # (t, m), by what the errors of the model are shifted beside
 
@@ -107,7 +107,7 @@ def score(templates, fitted, evidence, uncertainty, here=None):
         each = (record.excess if len(record.excess) > 1
                 else whiten_each(uncertainty.raised(fitted.plain, evidence), evidence))
         for i, part in here.modulation.items():
-            raw[i] += np.sum(part * each) / evidence.frame.inflation
+            raw[i] += evidence.each_of * np.sum(part * each) / evidence.frame.inflation
     z, skewness = raw / here.spread, np.zeros(len(raw))
     far = np.flatnonzero(np.abs(z) > FAR)
     skewness[far] = here.skewness(far)
@@ -151,11 +151,12 @@ class Directions:
         self.mixed = count * (self.flat @ self.basis.T).astype(float)
         self.information = (count * (self.flat @ self.flat.T).astype(float)
                             - self.mixed @ self.inner @ self.mixed.T)
-        self.modulation = {i: level * real_vectors(white(lower, s[list(segments)]))
+        parts = np.unique(frame.parts_of(segments))
+        self.modulation = {i: level * real_vectors(white(lower, s[parts]))
                            for i, s in templates.modulation.items()}
         for i, part in self.modulation.items():
             for j, other in self.modulation.items():
-                self.information[i, j] += np.sum(part * other) / frame.inflation
+                self.information[i, j] += np.sum(part * other) / len(parts) * count
         self.spread = np.sqrt(np.maximum(np.diag(self.information), 1e-30))
         self.cosine = self.information / np.outer(self.spread, self.spread)
 

@@ -26,22 +26,36 @@ class Evidence:
         return Evidence(self.frame, self.spectrum, tuple(segments), known=self.known)
 
     @cached_property
+    def parts(self):
+        """Parts of the frame that its segments are in."""
+        return tuple(dict.fromkeys(self.frame.parts_of(self.segments).tolist()))
+
+    @cached_property
     def each(self):
-        """Periodograms of the segments that count, the mean over the records, (n, k, l, l)."""
-        own = periodograms(self.spectrum[list(self.segments)])
+        """Periodograms of the parts, the mean over segments and records, (n, k, l, l)."""
+        which, at = np.array(self.segments), self.frame.parts_of(self.segments)
+        own = np.stack([periodograms(self.spectrum[which[at == p]]).mean(axis=0)
+                        for p in self.parts])
         return (own + sum(o.each for o in self.others)) / (1 + len(self.others))
 
     @cached_property
     def mean(self):
         """Their mean, shape (1, k, l, l)."""
-        return self.each.mean(axis=0, keepdims=True)
+        own = sum(periodograms(self.spectrum[s:s + 1]) for s in self.segments)
+        return (own / len(self.segments) + sum(o.mean for o in self.others)) / (
+            1 + len(self.others))
 
     def against(self, model):
         """Return periodograms as a model needs them, of how many segments each, and it."""
         records = 1 + len(self.others)
         if len(model) == 1:         # the same for all segments: it needs only their mean
             return self.mean, records * len(self.segments), model
-        return self.each, records, model[list(self.segments)]
+        return self.each, records * self.each_of, model[list(self.parts)]
+
+    @property
+    def each_of(self):
+        """Segments that a part has, in the mean."""
+        return len(self.segments) / len(self.parts)
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +66,7 @@ class Whitened:
     excess: np.ndarray  # (a, k l l), whitened less the identity, as real vectors
     likelihood: float   # eq. (97), logarithm; -inf where S is not positive definite
     weight: float       # periodograms an entry of `excess` stands for, over inflation
-    segments: tuple     # of the evidence
+    parts: tuple        # of the evidence
     known: int = 0      # channels of it that are given
 
     def directions(self, changes):
@@ -62,7 +76,7 @@ class Whitened:
         for row, change in zip(out, changes):
             if len(change) > 1:
                 # a model that is the same for all segments is compared with the mean change
-                change = change[list(self.segments)]
+                change = change[list(self.parts)]
                 change = change if many > 1 else change.mean(axis=0, keepdims=True)
             row[:] = real_vectors(white(self.lower, change))
         return out
@@ -75,20 +89,20 @@ def whiten(model, evidence):
     try:
         lower = inverse_root(model)
     except np.linalg.LinAlgError:
-        return Whitened(model, np.zeros((len(model), 0)), -np.inf, weight, evidence.segments,
+        return Whitened(model, np.zeros((len(model), 0)), -np.inf, weight, evidence.parts,
                         evidence.known)
     flat = white(lower, observed)
     diagonal = np.einsum('akii->aki', lower).real
     value = weight * (2 * np.log(diagonal).sum() - np.einsum('akii->', flat).real)
     flat = flat - np.eye(model.shape[-1])
     return Whitened(lower, real_vectors(flat), float(value) if np.isfinite(value) else -np.inf,
-                    weight, evidence.segments, evidence.known)
+                    weight, evidence.parts, evidence.known)
 
 
 def whiten_each(model, evidence):
-    """Return the excess of each segment as in `Whitened`, (n, k l l), by a model (1 or a, ...)."""
-    if len(model) > 1 or evidence.others:
-        return whiten(np.broadcast_to(model, (evidence.frame.segments, *model.shape[1:])),
+    """Return the excess of each part as in `Whitened`, (n, k l l), by a model (1 or a, ...)."""
+    if len(model) > 1 or evidence.others or evidence.each_of > 1:
+        return whiten(np.broadcast_to(model, (evidence.frame.parts, *model.shape[1:])),
                       evidence).excess
     lower = inverse_root(model[0])
     # a spectrum is whitened with a sixteenth of the products of its periodograms

@@ -6,13 +6,12 @@ import numpy as np
 from scipy.stats import norm
 
 from ssi_ros.effects import effect_class, left_out, places
+from ssi_ros.events.blocks import explained_below_band, search
 from ssi_ros.gap.cache import effect_templates, unmodelled_templates
 from ssi_ros.gap.candidate import Candidate, priors_of
 from ssi_ros.gap.comparison import Comparison
-from ssi_ros.gap.detectors import (
-    anomalies, detect_in_input, detect_in_spectrum, explained_below_band, open_set, tests_of)
+from ssi_ros.gap.detectors import tests_of
 from ssi_ros.gap.detectors.data_faults import faults_beside_model
-from ssi_ros.gap.detectors.input_reconstruction import reconstruct
 from ssi_ros.gap.inference.goodness_of_fit import measure
 from ssi_ros.gap.inference.indirect_inference import indirect_estimate
 from ssi_ros.gap.inference.model_fit import fit, fit_again, STEPS
@@ -113,13 +112,9 @@ class ModelComparison(Comparison):
         """Return detections of effects that a fit does not hold, and anomalies."""
         names = tuple(n for n in self.record.sought if n not in fit.candidate.names)
         simulator, samples = self.whole(fit)
-        channels = samples.channels
-        inputs = reconstruct(simulator, fit.state, samples, self.settings,
-                             np.isnan(self.record.samples.values).any(axis=1))
-        found = detect_in_input(inputs, names) + detect_in_spectrum(
-            simulator, fit.state, samples, self.settings, names)
+        found, odd = search(simulator, fit.state, samples, self.settings, names,
+                            np.isnan(self.record.samples.values).any(axis=1))
         of_samples = tuple(d for d in self.record.detections if d.effect in names)
-        odd = anomalies(inputs, channels) + open_set(simulator, fit.state, inputs, channels)
         return of_samples + found, odd, tests_of(names) + ANOMALY_TESTS
 
     def whole(self, fit):

@@ -16,7 +16,9 @@ def measured(system, model, spectra, bins):
     rms = np.sqrt(2 * np.einsum('akii->a', spectra.each).real / frame.rows / d)
     segments = tuple(
         Segment(begin, begin + span_s, r, measure(model, spectra.only([p]), wide))
-        for p, begin, r in zip(spectra.segments, frame.begins_s.tolist(), rms))
+        for p, begin, r in zip(spectra.segments, frame.begins_s.tolist(),
+                               rms[np.searchsorted(spectra.parts, frame.parts_of(
+                                   spectra.segments))]))
     white, count = whitened_alike(model.mean(axis=0), spectra.mean[0]), len(gap.bands)
     white = white[:count * bins].reshape(count, bins, d, d).mean(axis=1)
     modes = natural_modes(system)
@@ -30,10 +32,11 @@ def change(models, spectra, bins, events, probability):
     """Return what separates two expected periodograms (a, k, l, l), free of noise, a `Change`."""
     # `events` are instants of single events of the effect [s] and their probabilities
     moved, kept = whitened(*models), list(spectra.segments)
+    parts = spectra.frame.parts_of(kept)
     # a mean over all of them would hide what comes and goes
     steady = distance_of(moved.mean(axis=0)[None], bins)[0]
     each = distance_of(moved, _wide(models[0], bins)).mean(axis=1)
-    each = each[kept] if len(each) > 1 else np.ones(len(kept))
+    each = each[parts] if len(each) > 1 else np.ones(len(kept))
     if len(events):
         begins_s, span_s = spectra.frame.begins_s[kept, None], spectra.frame.span_s
         inside = (begins_s <= events[0]) & (events[0] < begins_s + span_s)

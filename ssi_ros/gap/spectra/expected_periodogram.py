@@ -18,7 +18,7 @@ class Expected:
     """Expected periodograms, linear in the levels: S = fixed + sum_c level_c shares_c."""
 
     names: tuple        # of the levels: each random part of the excitation, sensor noise
-    shares: tuple       # (a, k, l, l) of each; a is 1, or all segments where they differ
+    shares: tuple       # (a, k, l, l) of each; a is 1, or all parts where they differ
     fixed: np.ndarray   # (a, k, l, l), what no level scales: lines, low-frequency noise
     near: tuple = None  # linear equivalents of nonlinear hinges, `Setup.near`
 
@@ -55,8 +55,8 @@ def expected(setup, frame, jitter_noise=None, one=None):
         return one(setup, frame, jitter_noise)
     arrays = [a.name for a in setup.spacecraft.arrays]
     each = []
-    for segment in range(frame.segments):
-        change = setup.drift * (frame.begins_s[segment] + frame.span_s / 2) / setup.duration_s
+    for begin_s in frame.mean_of_parts(frame.begins_s):
+        change = setup.drift * (begin_s + frame.span_s / 2) / setup.duration_s
         system = scale_stiffness(setup.system, arrays, 1.0 + change)
         each.append(one(replace(setup, system=system), frame, jitter_noise))
 
@@ -161,7 +161,7 @@ def autocovariance(sampled, inputs, powers, turn=1.0):
 
 def _random(level, sampled, inputs, powers, frame):
     """
-    Return the expected periodograms under random inputs, (1, k, l, l), or (segments, k, l, l).
+    Return the expected periodograms under random inputs, (1, k, l, l), or (parts, k, l, l).
 
     The square of a modulated level has three parts, of 0, 1 and 2 times its frequency; a slow
     mode follows each with a lag of its own, eq. (95a).
@@ -181,7 +181,8 @@ def _random(level, sampled, inputs, powers, frame):
         overlap = np.fft.ifft(turned.conj() * tapered)[:frame.rows] * thinned
         values = 2 * part * overlap[:, None, None] * autocovariance(
             sampled, inputs, powers, turn)
-        phase = np.exp(1j * times * omega * frame.begins_s)[:, None, None, None]
+        phase = frame.mean_of_parts(np.exp(
+            1j * times * omega * frame.begins_s))[:, None, None, None]
         total = (total + phase.real * transform(values.real, 1.0, frame)
                  - phase.imag * transform(values.imag, 1.0, frame))
     return total
@@ -195,7 +196,7 @@ def transform(autocovariance, overlap, frame):
 
 
 def _line(part, sampled, system, frame):
-    """Return the periodogram of a sine or a chirp of unknown phase, ([segments,] k, l, l)."""
+    """Return the periodogram of a sine or a chirp of unknown phase, ([parts,] k, l, l)."""
     where = system.inputs.index(part.input)
     phase = 2j * np.pi / frame.rows * np.arange(frame.first, frame.last)
     n = np.arange(frame.rows)
@@ -208,7 +209,7 @@ def _line(part, sampled, system, frame):
     response = sampled.response(np.exp(phase))[:, :, where]
     drive = part.at(np.reshape(frame.begins, (-1, 1)) + n, sampled.rate_hz)
     drive = np.fft.fft(drive * frame.taper, axis=1)
-    power = np.abs(drive[:, frame.first:frame.last]) ** 2
+    power = frame.mean_of_parts(np.abs(drive[:, frame.first:frame.last]) ** 2)
     return power[:, :, None, None] * (response[:, :, None] * response[:, None, :].conj())[None]
 
 

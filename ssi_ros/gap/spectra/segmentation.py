@@ -8,6 +8,7 @@ from ssi_ros.gap.spectra.thresholds import LIMITS
 from ssi_ros.integrity.missing import parts_between, segment_rows
 
 TAPER_SHARE = 0.25      # of a segment, on which the taper rises and falls
+MOST, PARTS = 192, 96   # segments that are held one by one; parts of a record with more
 
 
 def unit_taper(rows, share, periodic=False):
@@ -58,6 +59,22 @@ class Frame:
     def segments(self):
         """Return the number of segments."""
         return len(self.begins)
+
+    @property
+    def parts(self):
+        """Return in how many parts a record changes: its segments, or groups of neighbours."""
+        return self.segments if self.segments <= MOST else PARTS
+
+    def parts_of(self, segments):
+        """Return the number of the part that each of some segments is in."""
+        return np.asarray(segments, int) * self.parts // self.segments
+
+    def mean_of_parts(self, values):
+        """Return the means over the parts of values of all segments, (segments, ...)."""
+        if self.parts == self.segments:
+            return values
+        each = self.parts_of(self.used)
+        return np.stack([values[each == p].mean(axis=0) for p in range(self.parts)])
 
     @property
     def used(self):

@@ -43,18 +43,18 @@ def score_drifts(here, fitted, evidence, uncertainty):
     """Score numbers that drift over the record, in up to SHAPES shapes."""
     # The levels of all excitation and of all noise may drift: that is an effect, and is projected
     # out.
-    frame, segments = evidence.frame, list(evidence.segments)
-    middles = np.array(frame.begins)[segments] + frame.rows / 2
+    frame = evidence.frame
+    middles = frame.mean_of_parts(np.array(frame.begins))[list(evidence.parts)] + frame.rows / 2
     each = whiten_each(uncertainty.raised(fitted.plain, evidence), evidence)
     levels = here.basis[:len(fitted.levels)]
     apart = here.flat - (here.flat @ levels.T) @ np.linalg.pinv(levels @ levels.T) @ levels
-    halves = np.arange(min(SHAPES, len(segments) - 1) + 1)
+    halves = np.arange(min(SHAPES, len(middles) - 1) + 1)
     # orthogonal to a constant, although segments are missing
     cosines = np.cos(np.pi * np.outer(middles / (frame.begins[-1] + frame.rows), halves))
     shapes = np.linalg.qr(cosines)[0][:, 1:]
     inner = (apart @ apart.T).astype(float)
     spread = np.sqrt(np.maximum(np.diag(inner), 1e-30) * frame.inflation)
-    z = (apart @ each.T @ shapes) / spread[:, None]
+    z = (apart @ each.T @ shapes) / spread[:, None] * np.sqrt(evidence.each_of)
     cosine = np.kron(np.eye(shapes.shape[1]), inner / np.outer(spread, spread) * frame.inflation)
     count = shapes.shape[1]
     return Scores(here.effects * count, z.T.ravel().astype(float), np.tile(1.0, z.size),

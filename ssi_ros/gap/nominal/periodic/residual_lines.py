@@ -8,7 +8,7 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d
 from scipy.stats import f as fisher, gamma
 
-from ssi_ros.gap.detectors.track import cells, HALF_LAPPED, straight
+from ssi_ros.events.track import cells, HALF_LAPPED, straight
 from ssi_ros.gap.nominal.stationary.tone import AROUND, flanks, OWN_BINS
 from ssi_ros.gap.nominal.thresholds import LIMITS
 

@@ -12,8 +12,8 @@ from scipy.ndimage import maximum_filter1d
 from scipy.stats import gamma, t as student
 
 from ssi_ros.effects.registry import detects
+from ssi_ros.events.track import cells, HALF_LAPPED, straight
 from ssi_ros.gap.comparison import Detection
-from ssi_ros.gap.detectors.track import cells, HALF_LAPPED, straight
 from ssi_ros.gap.nominal.forms.candidate import Form
 from ssi_ros.gap.nominal.stationary.samples import EXACT
 from ssi_ros.gap.nominal.thresholds import LIMITS
