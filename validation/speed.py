@@ -38,10 +38,10 @@ EFFECTS = (
     'hinge_friction:array=E1,torque_n_m=0.05,stiffness_n_m_rad=1e5',
     'sensor_noise:channel=e2_a,scale=3', 'quantisation:step_m_s2=0.01',
     'saturation:limit_m_s2=0.08', 'dropped_samples:fraction=0.03',
-    'impulsive_events:rate_per_min=6,impulse_n_m_s=0.1', 'sensor_crosstalk:fraction=0.05',
-    'point_mass:array=E1,mass_kg=1.0', 'stiffness_drift:change=0.02',
+    'impulsive_events:rate_per_min=6,impulse_n_m_s=0.1', 'sensor_crosstalk:source=e1_a,channel=e1_b,gain=0.05',
+    'added_mass:mass_kg=1.0', 'stiffness_drift:change=0.02',
     'nonstationary_excitation:depth=0.3,period_s=60')
-UNKNOWN = 'gyroscopic_coupling', 'hub_inertia:scale=1.3', 'sensor_crosstalk:fraction=0.1'
+UNKNOWN = 'sensor_gain:channel=e1_a,scale=1.2', 'hub_inertia:scale=1.3', 'damping_scale:scale=3'
 HOURS = 1, 3, 24
 CHANNELS, MODES = (4, 16, 64), (20, 100)
 TARGETS = {'import': 0.3, '--help': 0.3, 'no gap': 0.7, '1 h': 6, '24 h': 60,
@@ -236,17 +236,18 @@ def summary(found):
 def draw(kept):
     """Draw cost over length and over channels."""
     shape, save = figure('speed.png')
-    left, right = shape.subplots(1, 2)
-    for axes, part, pattern, label in ((left, 'length', r'(\d+) h$', 'length [h]'),
-                                       (right, 'size', r'(\d+) channels, 20 modes$', 'channels')):
-        found = {int(m[1]): c for n, c in kept.get(part, {}).items()
-                 if (m := re.match(pattern, n))}
-        for at, word, style in ((-1, 'now', 'o-'), (0, 'before', 's--')):
-            if found and (at or len(next(iter(found.values()))) > 1):
-                axes.loglog(list(found), [c[at]['cpu_s'] for c in found.values()], style,
-                            label=word)
-        axes.set(xlabel=label, ylabel='processor time [s]', xticks=list(found),
-                 xticklabels=list(found))
+    parts = [p for p in (('length', r'(\d+) h$', 'length [h]'), (
+        'size', r'(\d+) channels, 20 modes$', 'channels')) if p[0] in kept]
+    for axes, (part, pattern, label) in zip(np.ravel(shape.subplots(1, len(parts))), parts):
+        found = sorted((int(m[1]), c) for n, c in kept[part].items()
+                       if (m := re.match(pattern, n)))
+        for word, style, points in (
+                ('now', 'o-', [(x, c[-1]['cpu_s']) for x, c in found]),
+                ('before', 's--', [(x, c[0]['cpu_s']) for x, c in found if len(c) > 1])):
+            if points:
+                axes.loglog(*zip(*points), style, label=word)
+        axes.set(xlabel=label, ylabel='processor time [s]', xticks=[x for x, _ in found],
+                 xticklabels=[x for x, _ in found])
         axes.minorticks_off()
         axes.legend()
     save()
