@@ -96,7 +96,8 @@ def explains(comparison):
     """Return whether a model explains the record without any effect."""
     if comparison.mismatch:
         return True
-    return not is_far(comparison, comparison.null) and comparison.residual(
+    gap = comparison.goodness_of_fit(comparison.null).deviations    # no other test takes it back
+    return gap < SPECTRUM_FITS and comparison.residual(
         comparison.null).p_value > comparison.settings.false_alarm
 
 
