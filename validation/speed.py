@@ -38,7 +38,8 @@ EFFECTS = (
     'hinge_friction:array=E1,torque_n_m=0.05,stiffness_n_m_rad=1e5',
     'sensor_noise:channel=e2_a,scale=3', 'quantisation:step_m_s2=0.01',
     'saturation:limit_m_s2=0.08', 'dropped_samples:fraction=0.03',
-    'impulsive_events:rate_per_min=6,impulse_n_m_s=0.1', 'sensor_crosstalk:source=e1_a,channel=e1_b,gain=0.05',
+    'impulsive_events:rate_per_min=6,impulse_n_m_s=0.1',
+    'sensor_crosstalk:source=e1_a,channel=e1_b,gain=0.05',
     'added_mass:mass_kg=1.0', 'stiffness_drift:change=0.02',
     'nonstationary_excitation:depth=0.3,period_s=60')
 UNKNOWN = 'sensor_gain:channel=e1_a,scale=1.2', 'hub_inertia:scale=1.3', 'damping_scale:scale=3'
@@ -191,7 +192,7 @@ PARTS = {f.__name__: f for f in (start, diagnosis, length, size, verbs, live)}
 
 
 def measure(part, trees, only, kept):
-    """Run the commands of a part in every tree; enter and keep {command: [Cost as a dict, ...]}."""
+    """Run the commands of a part in every tree; enter and keep {command: [Cost, ...]}."""
     found = kept.setdefault(part, {})
     for name, words, python in PARTS[part]():
         if not re.search(only, name):
