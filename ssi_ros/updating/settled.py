@@ -81,7 +81,8 @@ def _moved(comparison, beside, candidate=None):
 def _is_usual(moved):
     """Return whether errors are as far as those of records without an effect would be."""
     side = moved.here
-    information = moved.record.spectra.frame.segments * side.errors.products
+    frame = moved.record.spectra.frame
+    information = frame.segments / frame.inflation * side.errors.products
     seen = np.sum(1 - 1 / (1 + np.linalg.eigvalsh(information)))
     return chi2.sf(side.prior.offset @ side.prior.offset, seen) > UNUSUAL
 

@@ -114,6 +114,16 @@ def test_another_level_is_no_gap_to_a_calibrated_model():
     assert found.outcome == 'WITHIN_FLOOR'
 
 
+def test_forces_on_single_modes_are_no_gap_and_no_error():
+    """Each 3 dB up or down: quiet beside a calibration, and no shape is blamed by another one."""
+    assert diagnose(calibrated().spacecraft, record(14, forces_db=3.0)).outcome == 'WITHIN_FLOOR'
+    found = calibrate(model(), [record(15, forces_db=3.0), record(16, forces_db=3.0)])
+    away = found.fit.values - np.array(twin().calibration.values)
+    shapes = [n.split()[0] in ('shape', 'participation') for n in found.fit.names]
+    std = np.sqrt(np.diag(found.spacecraft.calibration.covariance))
+    assert found.explains and np.sqrt(np.mean(np.square(away / std)[shapes])) < 1.5
+
+
 def test_a_gain_is_found_with_a_calibrated_model():
     """At another level, with its size."""
     found = diagnose(calibrated().spacecraft, record(12, GAIN, torque=0.5, process=2.0))
