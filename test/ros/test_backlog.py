@@ -95,6 +95,7 @@ def test_a_pause_costs_no_window(slow, monkeypatch):
     assert len(node.windows) == 11
 
 
+@pytest.mark.slow
 def test_a_node_that_is_too_slow_for_good(bench):
     """5,000 hops at once, 10 ms each: the newest window comes, and it is said once."""
     windows, health = identifier(bench, window_s=3.0, hop_s=0.01, lateness_s=60.0)

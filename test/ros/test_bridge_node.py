@@ -101,6 +101,7 @@ def test_client_gets_the_true_messages(tmp_path):
     assert {round(s / 1e7) for s in (stamps[1:] - stamps[:-1]).tolist()} == {1}
 
 
+@pytest.mark.slow
 def test_a_stream_that_stops_is_told(bench):
     """A topic that came steadily ends while it is looked at: once in the log, and WARN."""
     for name in ('foxglove', 'websockets'):

@@ -42,6 +42,7 @@ def gap_node(bench, model, inputs):
         'pairs': False, 'record_s': 120.0, 'lateness_s': 60.0})
 
 
+@pytest.mark.slow
 def test_a_gain_that_only_the_input_shows(bench, model):
     """The inputs are those of `simulate --record-input`; ~/diagnose names the gain by them."""
     sent = bench.collect(WrenchStamped, '/input/motor', 10000)

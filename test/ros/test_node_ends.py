@@ -34,6 +34,7 @@ def test_a_process_that_stood_still_loses_nothing(bench, heard, pause_s):
     assert 'received [4000, 4000, 4000, 4000], missing [0, 0, 0, 0]' in bench.words('identifier')
 
 
+@pytest.mark.slow
 def test_a_reader_that_never_wakes_is_told(bench):
     """A publisher that has sent all waits for its readers, and not for ever."""
     names = ('e1_a', 'e1_b', 'e2_a', 'e2_b')

@@ -101,6 +101,7 @@ def test_a_wrong_model_calibrated_names_a_softer_spring():
     assert soft.candidates[0].built[0].share == pytest.approx(-0.08, abs=0.02)
 
 
+@pytest.mark.slow
 def test_the_verbs_take_it(tmp_path, capsys):
     """`model` tells what is declared, `calibrate` writes a model that `diagnose` reads."""
     file, real = str(tmp_path / 'model.npz'), str(tmp_path / 'real.npz')

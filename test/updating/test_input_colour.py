@@ -50,6 +50,7 @@ def test_the_next_healthy_record_is_within_the_floor(calibrated, tmp_path):
     assert diagnose(spacecraft, record(12, **CORNERS)).outcome == 'WITHIN_FLOOR'
 
 
+@pytest.mark.slow
 def test_a_white_excitation_stays_white():
     """No corner is written, and nothing is said of one."""
     found = calibrate(craft.model(), [record(13)])
