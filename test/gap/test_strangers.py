@@ -25,7 +25,8 @@ def exact_spacecraft():
 
 
 @pytest.mark.parametrize('part, words', [
-    (White('other', ('torque_y',), (0.07,)), 'random torque about y'),
+    pytest.param(White('other', ('torque_y',), (0.07,)), 'random torque about y',
+                 marks=pytest.mark.slow),
     pytest.param(Coloured(White('other', ('torque_x',), (0.3,)), 0.5),
                  'torque about x slower than', marks=pytest.mark.slow)])
 def test_torques_that_are_not_in_the_library_are_told(part, words):

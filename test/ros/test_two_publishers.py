@@ -71,6 +71,7 @@ def test_two_publishers_are_named_and_never_mixed(bench, tmp_path, beside_ns):
     assert 'sent at once on /a, /b' in open_bag(tmp_path / 'bag').warnings[0]
 
 
+@pytest.mark.slow
 def test_two_simulators_beside_the_gap_node(bench):
     """Two simulators of other seeds: no alarm, no verdict, and ~/diagnose is refused."""
     health = bench.collect(DiagnosticArray, '/diagnostics')
