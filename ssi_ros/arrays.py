@@ -1,5 +1,7 @@
 """
-The arrays of an NPZ or MAT file, checked before memory is taken for them.
+Arrays: their runs and distinct values, and those of an NPZ or MAT file.
+
+The arrays of a file are checked before memory is taken for them.
 
 A MAT file is read in a process of its own: the reader of scipy is compiled code, and a crafted
 file can crash it.
@@ -23,6 +25,12 @@ NUMBERS, TEXTS = 'fiub', 'Uc'       # kinds of NumPy's types
 _SECONDS = 60            # that reading a MAT file may take
 _ROOM = 2 << 30          # bytes that its process may take
 _READ = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
+
+
+def runs(marked):
+    """Return (first, one after the last) of every run of true values."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], marked, [False]])))
+    return list(zip(edges[::2], edges[1::2]))
 
 
 def distinct(numbers):

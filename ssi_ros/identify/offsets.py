@@ -4,6 +4,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import solve
 
+from ssi_ros.arrays import runs
+
 BLOCK = 256             # ticks over which a phase is taken
 FEW = 16                # stamps that it needs
 SMALL = 2e-3            # of a sample: below it an offset is left as it is
@@ -90,7 +92,7 @@ def moved(values, offset):
     """
     out, missing = np.full(len(values), np.nan), np.isnan(values)
     whole = bridged(values)
-    for begin, end in _runs(np.isfinite(whole)):
+    for begin, end in runs(np.isfinite(whole)):
         if end - begin <= 2 * EDGE:
             continue
         run = whole[begin:end]
@@ -104,11 +106,6 @@ def moved(values, offset):
     return out
 
 
-def _runs(marked):
-    """Return begin and end of every run of true values, (r, 2)."""
-    return np.flatnonzero(np.diff(np.pad(marked.astype(np.int8), 1))).reshape(-1, 2)
-
-
 def bridged(values):
     """
     Return a channel (n,) whose gaps of up to SHORT samples hold the most probable values.
@@ -116,7 +113,7 @@ def bridged(values):
     They are those of a Gaussian series of its own covariance, given EDGE samples on either side.
     """
     missing = np.isnan(values)
-    gaps = [g for g in _runs(missing) if g[1] - g[0] <= SHORT]
+    gaps = [g for g in runs(missing) if g[1] - g[0] <= SHORT]
     if not gaps or missing.all():
         return values
     out, mean = values.copy(), np.nanmean(values)

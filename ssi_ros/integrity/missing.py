@@ -4,7 +4,7 @@ from itertools import combinations
 
 import numpy as np
 
-from ssi_ros.integrity.values import runs
+from ssi_ros.arrays import runs
 
 FEW = 8                 # channels, up to which all of their sets are tried
 WILD = 1e7              # medians of a channel that no acceleration reaches

@@ -1,9 +1,10 @@
 """Stuck channels and repeated samples, from the samples themselves."""
 import numpy as np
 
+from ssi_ros.arrays import runs
 from ssi_ros.integrity.fault import Fault
 from ssi_ros.integrity.thresholds import LIMITS
-from ssi_ros.integrity.values import EQUAL, limit_of, runs, step_of
+from ssi_ros.integrity.values import EQUAL, limit_of, step_of
 
 LONGER, COMMON = 5, 0.99        # times as long as so many runs of equal values are: stuck
 ROUNDED = 1.5           # times the equal neighbours that rounding makes by itself

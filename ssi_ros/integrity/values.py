@@ -1,4 +1,4 @@
-"""Values of one channel: runs of a kind, steps of rounding, clipping limits."""
+"""Values of one channel: steps of rounding, clipping limits."""
 import numpy as np
 
 from ssi_ros.integrity.thresholds import LIMITS
@@ -7,12 +7,6 @@ SMALLEST = 1e-6         # of the largest difference of neighbours: a smaller one
 ONE_STEP = 1.5          # steps, up to which a difference is one step
 EQUAL = 1e-9            # relative difference of values that are one, after a change of unit
 NEAR = 0.99             # of the extreme, from which on coarse values are its neighbours
-
-
-def runs(marked):
-    """Return (first, one after the last) of every run of true values."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], marked, [False]])))
-    return list(zip(edges[::2], edges[1::2]))
 
 
 def step_of(column, origin=None):

@@ -137,9 +137,9 @@ def test_own_cluster_serves_no_page():
         with distributed.Client(cluster) as client:
             assert client.submit(sum, (1, 2)).result(timeout=30.0) == 3
         # whoever has no certificate, or another one than that of the command
-        strangers = (cluster.scheduler_address.replace('tls:', 'tcp:'), None), (
+        outsiders = (cluster.scheduler_address.replace('tls:', 'tcp:'), None), (
             cluster.scheduler_address, distributed.Security.temporary())
-        for address, security in strangers:
+        for address, security in outsiders:
             with pytest.raises(OSError):
                 distributed.Client(address, security=security, timeout='3s')
     finally:

@@ -115,7 +115,7 @@ def test_a_stream_that_stops_is_told(bench):
     bench.wait(lambda: 'ws://' in bench.words('bridge'))
     url = re.search(r'ws://[\d.:]+', bench.words('bridge'))[0]
 
-    def told():
+    def reported():
         """Return level and message of the bridge."""
         status = newest(health, 'bridge: websocket')
         return status.level, status.message
@@ -126,11 +126,11 @@ def test_a_stream_that_stops_is_told(bench):
         client.listen(lambda: len(client.messages) > 400)       # 4 s
         bench.processes.running.pop('simulator').kill()
         bench.wait(lambda: f'no message any more of {topic}' in bench.words('bridge'))
-        bench.wait(lambda: f's of {topic}, which came steadily' in told()[1])
-        assert told()[0] == b'\1'
+        bench.wait(lambda: f's of {topic}, which came steadily' in reported()[1])
+        assert reported()[0] == b'\1'
         bench.processes.start('simulator', 'simulator', seed=11)
         bench.wait(lambda: f'messages again of {topic}' in bench.words('bridge'))
-        bench.wait(lambda: told()[0] == b'\0')
+        bench.wait(lambda: reported()[0] == b'\0')
     assert bench.words('bridge').count('no message any more') == 1
 
 

@@ -9,8 +9,8 @@ from dataclasses import replace
 import numpy as np
 from scipy.linalg import solve
 
+from ssi_ros.arrays import runs
 from ssi_ros.gap.candidate import Candidate
-from ssi_ros.integrity.values import runs
 
 REACH = 30      # rows on each side that a missing one is conditioned on
 LONGEST = 10    # rows in a row that can be filled: longer ones made false alarms

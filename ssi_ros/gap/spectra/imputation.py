@@ -10,13 +10,13 @@ from dataclasses import replace
 import numpy as np
 from scipy.fft import next_fast_len
 
+from ssi_ros.arrays import runs
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.inference.model_fit import fit
 from ssi_ros.gap.nominal.simulator import excitation_level
 from ssi_ros.gap.spectra.segmentation import frame_of
 from ssi_ros.gap.spectra.thresholds import LIMITS
 from ssi_ros.integrity.filling import draw
-from ssi_ros.integrity.values import runs
 
 BLOCK_S, BESIDE_S = 1200.0, 60.0        # filled at once, and used on both sides
 LAGS_S = 300.0          # at which autocovariances count in full: slow modes of short records
