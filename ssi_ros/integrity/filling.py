@@ -9,12 +9,14 @@ import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 from scipy.signal.windows import hann
 from scipy.sparse.linalg import cg, LinearOperator
-from scipy.stats import norm
+from scipy.special import ndtr, ndtri
 
 from ssi_ros.integrity.missing import parts_between, segment_rows
 
 NEAR = 1e-5             # residual, relative, at which conjugate gradients stop
 STEPS = 500             # of them, at most
+ALONE = 1e-4            # of the precision, or less, between samples that are drawn apart
+FORGOTTEN = 1e-3        # of the covariance, at which the ends of a record are none
 SWEEPS = 6              # of draws beyond the clipping limits
 BURST = 16              # rows that are drawn one after the other
 COUPLED = 0.5           # coupling of a value with all drawn at once, over its own precision
@@ -98,35 +100,72 @@ def draw(rows, limits, spectrum, draws):
     Return rows (n, l) with missing samples, NaN, drawn from their distribution given the others.
 
     By Matheron's rule: a record y* drawn from the model, and the conditional mean of its
-    difference to the record, -K_mm^-1 K_mo (y - y*), K the inverse of the covariance, by conjugate
-    gradients, eq. (110a). `limits`, (n, l), are values that missing ones are beyond, or NaN;
-    `spectrum` is that of `spectrum` for an even period of at least n rows.
+    difference to the record, -K_mm^-1 K_mo (y - y*), K the inverse of the covariance, eq. (110a).
+    `limits`, (n, l), are values that missing ones are beyond, or NaN; `spectrum` is that of
+    `spectrum` for an even period of at least n rows.
     """
-    beside = np.full((2 * (len(spectrum) - 1) - len(rows), rows.shape[1]), np.nan)
-    wide, limits = np.concatenate([rows, beside]), np.concatenate([limits, beside])
-    inverse = np.linalg.inv(spectrum)
-    other = record_of(np.linalg.cholesky(spectrum), draws)
-    lost = np.nonzero(np.isnan(wide))
-
-    def spread(x):
-        out = np.zeros(wide.shape)
-        out[lost] = x
-        return out
-
-    def applied(matrices, x):
-        return _filtered(matrices, rfft(x, axis=0), len(wide))[lost]
-
-    size = (len(lost[0]),) * 2
-    difference = np.where(np.isnan(wide), 0.0, wide - other)
-    # the covariance of what is missing is nearly the inverse of its precision, but at the edges
-    mean, _ = cg(LinearOperator(size, lambda x: applied(inverse, spread(x))),
-                 -applied(inverse, difference),
-                 M=LinearOperator(size, lambda x: applied(spectrum, spread(x))),
-                 rtol=NEAR, maxiter=STEPS)
-    wide[lost] = other[lost] + mean
+    period = 2 * (len(spectrum) - 1)
+    begin = (period - len(rows)) // 2       # of the record, in what the model says is periodic
+    beside = (begin, period - len(rows) - begin), (0, 0)
+    wide, limits = (np.pad(x, beside, constant_values=np.nan) for x in (rows, limits))
+    inverse, gone = np.linalg.inv(spectrum), np.isnan(wide)
+    precision, covariance = irfft(inverse, period, axis=0), irfft(spectrum, period, axis=0)
+    other = np.roll(record_of(np.linalg.cholesky(spectrum), draws), begin, axis=0)
+    pull = _filtered(inverse, rfft(np.where(gone, 0.0, wide - other), axis=0), period)
+    wide = np.where(gone, other, wide)
+    for part in _apart(gone[begin:begin + len(rows)], begin, _reach(precision, ALONE),
+                       _reach(covariance, FORGOTTEN)):
+        wide[part] += _conditional_mean(precision, covariance, gone[part], pull[part])
     if not np.isnan(limits).all():
         _beyond(wide, limits, inverse, draws)
-    return wide[:len(rows)]
+    return wide[begin:begin + len(rows)]
+
+
+def _reach(kernel, share):
+    """Return the lag from which on a kernel (period, l, l) has less than a share of its size."""
+    half = len(kernel) // 2
+    scale = np.sqrt(np.diag(kernel[0]))
+    size = np.abs(kernel[:half] / np.outer(scale, scale)).max(axis=(1, 2))
+    small = np.sqrt(np.cumsum(size[::-1] ** 2)[::-1]) < share
+    return int(np.argmax(small)) if small.any() else half
+
+
+def _apart(gone, begin, reach, memory):
+    """
+    Return slices of rows whose missing samples have nothing to do with those of other slices.
+
+    `gone` (n, l) is of a record that begins at a row; a slice within `reach` of its ends has
+    `memory` rows beyond it, which are missing as well.
+    """
+    lost = np.flatnonzero(gone.any(axis=1))
+    cuts = np.flatnonzero(np.diff(lost) > reach) + 1
+    found = []
+    for each in np.split(lost, cuts):
+        first = begin + each[0] if each[0] > reach else max(0, begin - memory)
+        last = begin + each[-1] + 1 + (memory if len(gone) - each[-1] <= reach else 0)
+        found.append(slice(first, last))
+    return found
+
+
+def _conditional_mean(precision, covariance, gone, pull):
+    """Return the solution of K_mm x = -pull by conjugate gradients, zero where nothing is gone."""
+    count, lost = len(gone), np.nonzero(gone)
+    period = min(next_fast_len(2 * count, real=True), len(precision))
+    lags = np.r_[0:period - period // 2, -(period // 2):0]
+
+    def of(kernel):
+        matrices = rfft(kernel[lags], axis=0)
+
+        def applied(x):
+            wide = np.zeros((period, gone.shape[1]))
+            wide[lost] = x
+            return _filtered(matrices, rfft(wide, axis=0), period)[lost]
+        return LinearOperator((len(lost[0]),) * 2, applied)
+    # the covariance of what is missing is nearly the inverse of its precision, but at the edges
+    mean, _ = cg(of(precision), -pull[lost], M=of(covariance), rtol=NEAR, maxiter=STEPS)
+    out = np.zeros(pull.shape)
+    out[lost] = mean
+    return out
 
 
 def record_of(root, draws):
@@ -165,8 +204,8 @@ def _beyond(wide, limits, inverse, draws):
             limit, place = limit[hit], (at[hit, row], channel)
             mean = wide[place] - pull[hit, row, channel] / own[channel]
             side = np.sign(limit)
-            tail = norm.sf((limit - mean) * side / std[channel]) * draws.random(len(hit))
-            value = mean + side * std[channel] * norm.isf(np.maximum(tail, 1e-300))
+            tail = ndtr((mean - limit) * side / std[channel]) * draws.random(len(hit))
+            value = mean + side * std[channel] * -ndtri(np.maximum(tail, 1e-300))
             moved = precision[:BURST - row, :, channel]
             pull[hit, row:] += (value - wide[place])[:, None, None] * moved
             wide[place] = value

@@ -7,6 +7,7 @@ import numpy as np
 from ssi_ros.effects import applicable
 from ssi_ros.gap.check import match
 from ssi_ros.gap.diagnosis import p_value_text
+from ssi_ros.gap.inference.goodness_of_fit import measure
 from ssi_ros.gap.inference.whittle import BLAS
 from ssi_ros.gap.nominal.model import ModelNominal
 from ssi_ros.gap.nominal.simulator import Simulator
@@ -244,7 +245,7 @@ def _check(model, calibrated, samples, settings, beside):
         return ModelNominal(spacecraft, *beside).compare(
             samples, settings, applicable(spacecraft), lambda share: None)
     exact = compared(replace(model, uncertainty=EXACT))
-    before = exact.goodness_of_fit(exact.null)
+    before = measure(exact.null.state.model, exact.record.spectra, settings.band_bins)
     comparison = compared(calibrated)
     after = comparison.residual(comparison.null)
     detected = ()

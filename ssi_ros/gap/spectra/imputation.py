@@ -6,6 +6,7 @@ antiresonances. A draw keeps the spectrum of the model; a conditional mean would
 one given near rows alone would fill the antiresonances.
 """
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 from scipy.fft import next_fast_len
@@ -109,7 +110,8 @@ def filled(simulator, samples, levels=None, candidate=Candidate(), *, limits=Non
         if not gone[first:last].any():
             continue
         begin, end = max(0, first - beside), min(rows, last + beside)
-        period = 2 * next_fast_len(max((end - begin + 1) // 2, min(end - begin, lags)), real=True)
+        count = end - begin     # what is beside the record keeps its end from its begin
+        period = 2 * next_fast_len(max((count + beside + 1) // 2, min(count, lags)), real=True)
         if period not in known:
             known[period] = spectrum(simulator, period, levels, candidate)
         # draws of the block before are given to this one
@@ -133,15 +135,23 @@ def _beside_inputs(simulator, samples, levels, candidate, limits, longest_s):
 
 def spectrum(simulator, period, levels, candidate=Candidate()):
     """Return the spectrum of a record of an even period at levels, (period // 2 + 1, l, l)."""
+    laws = simulator.setup(candidate).laws      # of hinges, whose stiffness depends on levels
+    found = _of_period(simulator, period, candidate, tuple(levels) if laws and (
+        levels is not None) else None)
+    levels = np.ones(len(found.names)) if levels is None else levels
+    values, vectors = np.linalg.eigh(found.at(levels)[0])
+    # no direction has less than the noise of the sensors, whatever rounding and fading say
+    least = np.linalg.eigvalsh(found.shares[-1][0])[:, :1] * levels[-1]
+    return (vectors * np.maximum(values, least)[:, None, :]) @ vectors.conj().swapaxes(-1, -2)
+
+
+@lru_cache(maxsize=1)
+def _of_period(simulator, period, candidate, levels):
+    """Return the Expected of a record of a period; the last one is kept, for other levels."""
     lags = np.arange(period)
     # flat to half of the period, so that autocovariances keep their value, then smooth to nothing
     fade = np.cos(np.pi / 2 * np.clip(2 * lags / period - 1, 0.0, 1.0)) ** 2
     side = simulator.on(replace(
         simulator.frame, rows=period, begins=(0,), first=0, last=period // 2 + 1, overlap=fade,
         taper=np.full(period, period ** -0.5)))
-    found = side.spectrum(side.setup(candidate, levels))
-    levels = np.ones(len(found.names)) if levels is None else levels
-    values, vectors = np.linalg.eigh(found.at(levels)[0])
-    # no direction has less than the noise of the sensors, whatever rounding and fading say
-    least = np.linalg.eigvalsh(found.shares[-1][0])[:, :1] * levels[-1]
-    return (vectors * np.maximum(values, least)[:, None, :]) @ vectors.conj().swapaxes(-1, -2)
+    return side.spectrum(side.setup(candidate, levels))
