@@ -158,13 +158,12 @@ def error_directions(simulator, levels, prior, candidate=Candidate()):
     each = plain.whitened(lower[0]) if plain else np.array([
         real_vectors(white(lower, c)).mean(axis=0, dtype=np.float32)
         for c in slopes(simulator, base, levels, sizes, candidate)])
-    each /= sizes[:, None]
-    vectors = prior.root.T @ each
-    information = frame.segments / frame.inflation * (vectors @ vectors.T)
+    root, doubled = prior.root / sizes[:, None], each.astype(float)
+    information = frame.segments / frame.inflation * (root.T @ (doubled @ doubled.T) @ root)
     squares, turn = np.linalg.eigh(information)
     turn = turn[:, squares > LEAST]
     names = tuple(f'error {i + 1}' for i in range(turn.shape[1]))
-    return ModelUncertainty(names, (turn.T @ vectors).astype(float), turn.T @ prior.offset,
+    return ModelUncertainty(names, (turn.T @ root.T) @ doubled, turn.T @ prior.offset,
                             turn.T @ np.linalg.pinv(prior.root))
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from ssi_ros.gap.inference.whittle import whiten
+from ssi_ros.gap.nominal.model_answer import refuted
 from ssi_ros.gap.selection.search import Search
 from ssi_ros.gap.selection.thresholds import SELECTION
 from ssi_ros.updating.prior import relinearised
@@ -97,9 +98,12 @@ def explains(comparison):
     """Return whether a model explains the record without any effect."""
     if comparison.mismatch:
         return True
-    gap = comparison.goodness_of_fit(comparison.null).deviations    # no other test takes it back
-    return gap < SPECTRUM_FITS and comparison.residual(
-        comparison.null).p_value > comparison.settings.false_alarm
+    null, alarm = comparison.null, comparison.settings.false_alarm
+    # no other test takes back what the spectrum or the scores say; they take a tenth of its time
+    if comparison.goodness_of_fit(null).deviations >= SPECTRUM_FITS or refuted(
+            comparison.score_test(null), alarm):
+        return False
+    return comparison.residual(null).p_value > alarm
 
 
 def is_better(comparison, best, there, moved):

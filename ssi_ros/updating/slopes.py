@@ -42,13 +42,13 @@ class PlainSlopes:
     """
     Derivatives of a spectrum that is a sum over poles, in the modal coordinates of the system.
 
-    The spectrum is S = G (X + X^H) G^H, with X(k) = sum_j transforms(k, j) terms_j, and what no
+    The spectrum is S = G (X + X^H) G^H, X(k) = sum_j transforms(k, j) terms_j, and what no
     error changes: noise of the sensors, lines. Channels that an effect mixes before their gains
     count to first order.
     """
 
     transforms: np.ndarray  # (k, j), of every pole, of its derivative, and of R(0) / 2
-    terms: np.ndarray       # (j, l, l)
+    terms: np.ndarray       # (j, l, l), real
     of_terms: np.ndarray    # (j, l l, p), their derivatives
     outputs: np.ndarray     # G, (1 or k, l, l): gains, cross-talk, delays
     of_gains: np.ndarray    # (p, l), relative, of the channels before all that
@@ -65,7 +65,7 @@ class PlainSlopes:
         pull = scaled.conj().swapaxes(-1, -2) @ excess @ scaled
         gathered = self.transforms.T @ pull.reshape(len(pull), -1)      # tr(A X) = A^T : X
         turned = gathered.reshape(self.terms.shape).swapaxes(-1, -2).reshape(len(gathered), -1)
-        found = 2 * np.einsum('jc,jcp->p', turned, self.of_terms).real
+        found = 2 * np.einsum('jc,jcp->p', turned.real, self.of_terms)
         return found + self.of_gains @ (2 * np.einsum('kij,kji->i', self._spectrum(), pull).real)
 
     def at(self, bins):
@@ -77,15 +77,16 @@ class PlainSlopes:
         """Return the whitened derivatives as real vectors, (p, k l l), in single precision."""
         (bins, count, _), p = lower.shape, self.of_terms.shape[-1]
         of_terms = self.of_terms.transpose(2, 1, 0).reshape(-1, len(self.of_terms))
-        of_terms, by_bin = of_terms.astype(np.complex64), self.transforms.T.astype(np.complex64)
+        of_terms, by_bin = of_terms.astype(np.float32), np.ascontiguousarray(
+            self.transforms.T, np.complex64).view(np.float32)
         scaled, own = (lower @ self.outputs).astype(np.complex64), self._spectrum().astype(
             np.complex64)
         mixed = np.any(np.triu(scaled, 1))      # by cross-talk
         out = np.empty((p, bins, count ** 2), np.float32)
         for begin in range(0, p, TOGETHER):
             part = slice(begin, begin + TOGETHER)
-            half = (of_terms[count ** 2 * begin:][:count ** 2 * TOGETHER] @ by_bin).reshape(
-                -1, count, count, bins).transpose(0, 3, 1, 2)
+            half = (of_terms[count ** 2 * begin:][:count ** 2 * TOGETHER] @ by_bin).view(
+                np.complex64).reshape(-1, count, count, bins).transpose(0, 3, 1, 2)
             of_gains = self.of_gains[part]
             if of_gains.any():
                 half = half + of_gains[:, None, :, None].astype(np.float32) * own
@@ -136,10 +137,32 @@ def plain_slopes(simulator, levels, sizes, candidate=Candidate(), changes=None):
         transforms.append(np.reshape(colour, (-1, 1)) * whole)
         all_terms += [terms, np.zeros_like(terms), now[None]]
         all_of_terms += [of_terms, moved, of_now[None]]
-    of_terms = np.concatenate(all_of_terms)
-    return PlainSlopes(np.hstack(transforms), np.concatenate(all_terms),
-                       of_terms.reshape(len(of_terms), -1, len(sizes)),
+    transforms, *terms = _in_real_terms(found.poles, len(colours), np.hstack(transforms),
+                                        np.concatenate(all_terms), np.concatenate(all_of_terms))
+    return PlainSlopes(transforms, terms[0], terms[1].reshape(len(terms[1]), -1, len(sizes)),
                        _outputs(setup, frame), of_gains, changes, found.poles)
+
+
+def _in_real_terms(poles, colours, transforms, *terms):
+    """
+    Return transforms and real terms: T a + T' a* = (T + T') Re a + j (T - T') Im a.
+
+    Of a pole and its conjugate; products with real terms cost half of those with complex ones.
+    """
+    paired = np.flatnonzero(poles.imag)     # one after the other, as eigenvalues come
+    first, second = paired[::2], paired[1::2]
+    # the poles, their changes and R(0) of every colour
+    begins = np.arange(colours)[:, None] * (2 * len(poles) + 1) + [0, len(poles)]
+    first, second = ((begins[..., None] + at).ravel() for at in (first, second))
+    transforms = transforms.copy()
+    one, two = transforms[:, first], transforms[:, second]
+    transforms[:, first], transforms[:, second] = one + two, 1j * (one - two)
+    found = []
+    for each in terms:
+        real = each.real.copy()
+        real[second] = each[first].imag
+        found.append(real)
+    return transforms, *found
 
 
 def summed_bins(poles, frame):

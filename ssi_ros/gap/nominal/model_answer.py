@@ -81,6 +81,11 @@ def score_test_of(scores, scatter=1.0, signed=False):
         found.p_value(signed), scores)
 
 
+def refuted(test, false_alarm):
+    """Return whether the scores alone say that there is a gap, whatever other tests say."""
+    return test.p_value <= SCORE_SHARE * false_alarm
+
+
 def joined_tests(test, gap, p_values, detections, odd, trials):
     """Join all tests: the scores have most of the alarm budget, the others share the rest."""
     others = (1 - SCORE_SHARE - OPEN_SHARE) / (trials + STATISTICS)
