@@ -13,7 +13,7 @@ from scipy.special import ndtr, ndtri
 
 from ssi_ros.integrity.missing import parts_between, segment_rows
 
-NEAR = 1e-5             # residual, relative, at which conjugate gradients stop
+NEAR = 1e-4             # residual, relative, at which conjugate gradients stop
 STEPS = 500             # of them, at most
 ALONE = 1e-4            # of the precision, or less, between samples that are drawn apart
 FORGOTTEN = 1e-3        # of the covariance, at which the ends of a record are none

@@ -14,7 +14,7 @@ from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.inference.goodness_of_fit import measure
 from ssi_ros.gap.inference.model_fit import fit_again
 from ssi_ros.gap.inference.thresholds import LIMITS
-from ssi_ros.gap.nominal.simulator import at_levels, excitation_level
+from ssi_ros.gap.nominal.simulator import at_levels
 from ssi_ros.gap.spectra.imputation import filled, without_clipped
 from ssi_ros.inputs.beside import simulated_beside
 
@@ -42,8 +42,7 @@ def simulated_records(simulator, estimate, seed, count):
     effects = simulator.present + estimate.candidate.effects
     setup = inject(at_levels(simulator.spacecraft, estimate.levels), effects,
                    simulator.duration_s)
-    level = excitation_level(simulator, estimate.levels)
-    levels = np.append(np.full(len(estimate.levels) - 1, level), 1.0)
+    levels = np.append(estimate.levels[:-1], 1.0)       # as `completed` fills a record
     for i in range(count):
         samples, limits = simulated_beside(
             simulator, setup, seed + i, effects) if simulator.recorded else without_clipped(

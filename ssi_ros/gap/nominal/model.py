@@ -73,8 +73,9 @@ class ModelNominal:
         calibration = spacecraft.calibration
         prior = known_by_recordings(calibration) if calibration.covariance else None
 
-        def beside(simulator, prior):
-            return ModelComparison(simulator, record, settings, effects, levels, progress, prior)
+        def beside(side, prior):
+            there = record if side is simulator else _of_clipped(record, side, levels, settings)
+            return ModelComparison(side, there, settings, effects, levels, progress, prior)
 
         as_it_is = beside(simulator, prior)
         if prior:
@@ -127,15 +128,28 @@ def _without(present, effects):
     return tuple(n for n in effects if n not in {e.name for e in present})
 
 
+def _of_clipped(record, simulator, levels, settings):
+    """Return a record, its clipped values, that is all large motion, drawn by a moved model."""
+    clipped = record.raw and not np.isnan(record.raw[1]).all()
+    return _refilled(record, simulator, levels, settings) if clipped else record
+
+
+def _refilled(record, simulator, levels, settings):
+    """Return a record whose short gaps another model has filled."""
+    if not record.raw:
+        return record
+    # what was filled by a model that is wrong is no motion of this structure
+    _, samples, spectra, _ = completed(simulator, *record.raw, settings, levels)
+    return replace(record, samples=samples, spectra=spectra)
+
+
 def _adapted(simulator, record, settings, progress):
     """Return the model moved onto a record, and the record, its gaps filled by the moved model."""
     adapted = adapt(simulator, record.samples, settings, progress)
     for _ in range(REFILLS if record.raw else 0):
-        # what was filled by a model that is wrong is no motion of this structure
-        _, samples, spectra, _ = completed(
-            adapted.simulator.but(compensation=None), *record.raw, settings)
-        record, before = replace(record, samples=samples, spectra=spectra), adapted.fit.values
-        adapted = adapt(simulator, samples, settings, before=adapted)
+        record, before = _refilled(record, adapted.simulator.but(
+            compensation=None), adapted.fit.levels[0], settings), adapted.fit.values
+        adapted = adapt(simulator, record.samples, settings, before=adapted)
         if np.abs((adapted.fit.values - before) / adapted.fit.stds).max() < SETTLED:
             break
     return adapted, record

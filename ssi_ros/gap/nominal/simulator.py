@@ -131,12 +131,6 @@ def at_levels(spacecraft, levels):
                                  for t in excitation.torque_rms_n_m)))
 
 
-def excitation_level(simulator, levels):
-    """Return the power of all excitation at levels, over nominal."""
-    parts = [power_of([s]) for s in simulator.expected(Candidate()).shares[:-1]]
-    return float(np.dot(parts, levels[:-1]) / np.sum(parts))
-
-
 def level_prior(count):
     """Return the precision of the logarithms of so many levels, the sensor noise last."""
     stds = np.append(np.full(count - 1, LIMITS.excitation_std.value), LIMITS.noise_std.value)

@@ -1,5 +1,6 @@
 """The expected periodogram of a setup, exact with taper and aliases, eq. (94) and (95)."""
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -79,7 +80,6 @@ def steady(setup, frame, jitter_noise):
     names, shares = [], []
     fixed = np.zeros((1, frame.last - frame.first, count, count), complex)
     sampling = _Sampling(setup, frame, jitter_noise)
-    powers = powers_of(sampled.poles, frame.rows - 1)
     for part in system.excitation:
         inner, colour, level = source(part), 1.0, None
         for layer in layers(part):
@@ -91,7 +91,7 @@ def steady(setup, frame, jitter_noise):
             share = _line(inner, sampled, system, frame)
         else:
             share = colour * _random(level, sampled, inner.covariance(rate_hz, system.inputs),
-                                     powers, frame)
+                                     frame)
         share = sampling(share, inner)
         if isinstance(inner, White):
             names.append(inner.name)
@@ -159,16 +159,42 @@ def autocovariance(sampled, inputs, powers, turn=1.0):
     return np.concatenate([now[None], later.reshape(-1, count, count)])
 
 
-def _random(level, sampled, inputs, powers, frame):
+class _Response:
+    """The random motion of sampled outputs; equal numbers in the same frame are equal."""
+
+    def __init__(self, sampled, inputs, frame):
+        self.parts = sampled, inputs, frame
+        self.key = id(frame), *(np.asarray(x).tobytes() for x in (
+            inputs, sampled.poles, sampled.b, sampled.c, sampled.d))
+
+    def __eq__(self, other):
+        return self.key == other.key
+
+    def __hash__(self):
+        return hash(self.key)
+
+
+@lru_cache(maxsize=6)
+def _kept(response):
+    # faults of sensors and of clocks leave the motion of the structure as it is
+    sampled, inputs, frame = response.parts
+    found = transform(autocovariance(sampled, inputs, powers_of(sampled.poles, frame.rows - 1)),
+                      frame.overlap, frame)
+    found.flags.writeable = False
+    return found
+
+
+def _random(level, sampled, inputs, frame):
     """
     Return the expected periodograms under random inputs, (1, k, l, l), or (parts, k, l, l).
 
     The square of a modulated level has three parts, of 0, 1 and 2 times its frequency; a slow
     mode follows each with a lag of its own, eq. (95a).
     """
-    steady = transform(autocovariance(sampled, inputs, powers), frame.overlap, frame)[None]
+    steady = _kept(_Response(sampled, inputs, frame))[None]
     if level is None:
         return steady
+    powers = powers_of(sampled.poles, frame.rows - 1)
     omega = 2 * np.pi / level.period_s
     once = level.depth * np.exp(1j * (level.phase_rad - np.pi / 2))
     tapered = np.fft.fft(frame.taper, 2 * frame.rows)

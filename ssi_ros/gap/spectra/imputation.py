@@ -14,7 +14,6 @@ from scipy.fft import next_fast_len
 from ssi_ros.arrays import runs
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.inference.model_fit import fit
-from ssi_ros.gap.nominal.simulator import excitation_level
 from ssi_ros.gap.spectra.segmentation import frame_of
 from ssi_ros.gap.spectra.thresholds import LIMITS
 from ssi_ros.integrity.filling import draw
@@ -22,6 +21,7 @@ from ssi_ros.integrity.filling import draw
 BLOCK_S, BESIDE_S = 1200.0, 60.0        # filled at once, and used on both sides
 LAGS_S = 300.0          # at which autocovariances count in full: slow modes of short records
 ROUNDS = 5              # of filling and fitting the level, at most
+LEAST_SHARE = 0.1       # by which fitted levels follow those of filled samples, at least
 OFFSETS = 3             # rounds of filling long gaps and taking the offset
 SEED = 41
 
@@ -42,14 +42,14 @@ def without_clipped(samples, effects):
     return replace(samples, values=np.where(clipped, np.nan, samples.values)), limits
 
 
-def completed(simulator, samples, limits, settings):
+def completed(simulator, samples, limits, settings, levels=None):
     """
-    Return a record without bias and gaps, filled at its own level, and its evidence.
+    Return a record without bias and gaps, filled at its own levels, and its evidence.
 
-    `samples` and `limits` are those of `without_clipped`. Filled samples have the level that they
-    are drawn at, so that both are estimated in turn. The noise of the sensors stays nominal:
-    filled samples would have more of it each time. Returns the simulator in the frame of the
-    record without gaps, samples, Evidence, and levels as of `Fit`.
+    `samples` and `limits` are those of `without_clipped`. Filled samples have the levels that they
+    are drawn at, so that both are estimated in turn, from `levels` on. The noise of the sensors
+    stays nominal: filled samples would have more of it each time. Returns the simulator in the
+    frame of the record without gaps, samples, Evidence, and levels as of `Fit`.
     """
     lost = np.isnan(samples.values)
     # the bias includes clipped values: without them, the other side would count more
@@ -62,25 +62,31 @@ def completed(simulator, samples, limits, settings):
         whole = filled(simulator, samples, limits=limits)
         bias = whole.values.mean(axis=0) / np.mean(~lost, axis=0)
         samples, limits = replace(samples, values=samples.values - bias), limits - bias
-    level, frame, count = 1.0, simulator.frame, len(simulator.expected(Candidate()).names)
+    frame, level = simulator.frame, np.ones(len(simulator.expected(Candidate()).names))
+    if levels is not None:
+        level[:-1] = levels[:-1]
 
     def with_short_gaps_filled():
-        levels = np.append(np.full(count - 1, level), 1.0)
-        return filled(simulator, samples, levels, limits=limits, longest_s=LIMITS.gap_s.value)
+        return filled(simulator, samples, level, limits=limits, longest_s=LIMITS.gap_s.value)
     whole = with_short_gaps_filled()
     if whole is not samples:
         frame = frame_of(whole, settings)
         simulator = simulator.on(frame)
+    found = moved = 0.0
     for i in range(ROUNDS):
         evidence = simulator.evidence(whole)
         levels = fit(simulator, evidence).levels
         if whole is samples or i == ROUNDS - 1:
             break
-        ratio = excitation_level(simulator, levels) / level
-        if abs(np.log(ratio)) < LIMITS.level_change.value:
+        before, found = found, np.append(np.log(levels[:-1] / level[:-1]), 0.0)
+        if np.abs(found).max() < LIMITS.level_change.value:
             break
-        # the filled share has the level that it was drawn at
-        level *= ratio ** (1 / np.mean(~lost[~np.isnan(whole.values).any(axis=1)]))
+        # the filled share has the levels that it was drawn at; then as steps have changed before
+        share = np.mean(~lost[~np.isnan(whole.values).any(axis=1)])
+        if i:
+            share = np.clip((before - found) / np.where(moved, moved, 1.0), LEAST_SHARE, 1.0)
+        moved = found / share
+        level = level * np.exp(moved)
         bias = 0.0 if np.isnan(whole.values).any() else whole.values.mean(axis=0)
         samples, limits = replace(samples, values=samples.values - bias), limits - bias
         whole = with_short_gaps_filled()
