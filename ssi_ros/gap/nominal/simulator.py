@@ -4,10 +4,9 @@ from dataclasses import replace
 import numpy as np
 
 from ssi_ros.effects import inject
-from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.inference.thresholds import LIMITS
 from ssi_ros.gap.inference.whittle import Evidence
-from ssi_ros.gap.spectra.expected_periodogram import expected, power_of
+from ssi_ros.gap.spectra.expected_periodogram import expected
 from ssi_ros.gap.spectra.jitter_noise import jitter_noise_of
 from ssi_ros.gap.spectra.segmentation import spectra
 from ssi_ros.model.excitation import source, White
