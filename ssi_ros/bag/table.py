@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ssi_ros.arrays import arrays_of
+from ssi_ros.array_file import arrays_of
 from ssi_ros.limits import LIMITS
 from ssi_ros.records import Samples
 

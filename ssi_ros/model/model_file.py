@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from scipy.linalg import eigh
 
-from ssi_ros.arrays import arrays_of
+from ssi_ros.array_file import arrays_of
 from ssi_ros.model.errors import Calibration
 from ssi_ros.model.excitation import source, White
 from ssi_ros.model.linear_model import Channel, Input, LinearModel, modal_model, state_space_model
