@@ -27,6 +27,13 @@ class CubicStiffness(Effect):
     stiffness_n_m_rad: float = quantity(1e5, unit='N m/rad', low=10.0, high=1e9,
                                         doc='hinge stiffness k')
 
+    @classmethod
+    def like(cls, stiffness, angle_rms):
+        """Return values whose equivalent hinge has a stiffness, the angle Gaussian, eq. (96)."""
+        # k + 3 k3 rms^2
+        return [{'k3_n_m_rad3': share * stiffness / (3 * angle_rms ** 2),
+                 'stiffness_n_m_rad': (1 - share) * stiffness} for share in (0.2, 0.6, 0.95)]
+
     def spacecraft(self, spacecraft):
         """Return the spacecraft with the linear part of the hinge."""
         return change_array(spacecraft, self.array, hinge_n_m_rad=self.stiffness_n_m_rad)

@@ -1,6 +1,8 @@
 """The root hinge of an array has play."""
 from dataclasses import replace
 
+from scipy.special import ndtr
+
 from ssi_ros.effects.base import Effect, effect, ModalPattern, Site
 from ssi_ros.effects.edits import change_array
 from ssi_ros.model.nonlinear import HingeLaw
@@ -26,6 +28,14 @@ class HingeFreeplay(Effect):
     gap_rad: float = quantity(0.0, unit='rad', low=0.0, high=0.1, doc='half of the play')
     stiffness_n_m_rad: float = quantity(1e5, unit='N m/rad', low=10.0, high=1e9,
                                         doc='hinge stiffness k')
+
+    @classmethod
+    def like(cls, stiffness, angle_rms):
+        """Return values whose equivalent hinge has a stiffness, the angle Gaussian, eq. (96)."""
+        # gain of a dead zone: 2 Phi(-gap / rms)
+        return [{'gap_rad': share * angle_rms,
+                 'stiffness_n_m_rad': float(stiffness / (2 * ndtr(-share)))}
+                for share in (0.3, 0.8, 1.5)]
 
     def spacecraft(self, spacecraft):
         """Return the spacecraft with the linear part of the hinge."""

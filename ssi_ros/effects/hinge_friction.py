@@ -26,6 +26,13 @@ class HingeFriction(Effect):
     stiffness_n_m_rad: float = quantity(1e5, unit='N m/rad', low=10.0, high=1e9,
                                         doc='hinge stiffness k')
 
+    @classmethod
+    def like(cls, stiffness, angle_rms):
+        """Return values whose equivalent hinge has about a stiffness, eq. (96)."""
+        # while it sticks a slider is stiff: what slides about the rms carries about half
+        return [{'torque_n_m': share * stiffness * angle_rms, 'stiffness_n_m_rad': stiffness / 2}
+                for share in (0.3, 1.0, 3.0)]
+
     def spacecraft(self, spacecraft):
         """Return the spacecraft with the linear part of the hinge."""
         return change_array(spacecraft, self.array, hinge_n_m_rad=self.stiffness_n_m_rad)

@@ -50,8 +50,7 @@ def linearise(setup):
     base = system = in_modes(setup.system) if isinstance(
         setup.laws[0], JointLaw) else setup.system
     hinges = [_Hinge(base, law) for law in setup.laws]
-    covariance = sum(setup.powers.get(p.name, 1.0) * p.covariance(base.rate_hz, base.inputs)
-                     for p in base.excitation)
+    covariance = _covariance(setup, base)
     # The residual torque has the level of the part that feeds most through to the hinges.
     loudest = max(base.excitation, key=lambda p: sum(
         h.feedthrough @ p.covariance(base.rate_hz, base.inputs) @ h.feedthrough
@@ -83,6 +82,22 @@ def linearise(setup):
                         LinearisationResidual(hinge.law.hinge, float(rest), loudest)))
         lags += (hinge.lag(system, share),)
     return replace(setup, system=system, laws=(), lags=lags, near=(at, slope))
+
+
+def angle_rms(setup):
+    """Return the rms of the angle of the one hinge of a setup, its law left out [rad]."""
+    system = setup.system
+    covariance = _covariance(setup, system)
+    hinge = _Hinge(system, setup.laws[0])
+    lines, _ = hinge.motion(system.plant.discrete(system.rate_hz), covariance, system, 1)
+    direct = hinge.feedthrough @ covariance @ hinge.feedthrough
+    return float(np.sqrt(np.mean(irfft(lines, LENGTH) ** 2) + direct))
+
+
+def _covariance(setup, system):
+    """Return the covariance of a sample of the inputs at the powers of a setup, (m, m)."""
+    return sum(setup.powers.get(p.name, 1.0) * p.covariance(system.rate_hz, system.inputs)
+               for p in system.excitation)
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,7 +136,7 @@ class _Hinge:
     def follow(self, sampled, covariance, system):
         """Return a motion, its torque, and stiffness and damping by mode, (2, n)."""
         finer = FINER if self.law.kind == 'friction' else 1
-        lines, omega = self._motion(sampled, covariance, system, finer)
+        lines, omega = self.motion(sampled, covariance, system, finer)
         size = np.sqrt(self.feedthrough @ covariance @ self.feedthrough)
         feedthrough = size * _held(finer)
         angle = irfft(lines, LENGTH * finer)
@@ -168,7 +183,7 @@ class _Hinge:
         column = system.sensor @ np.linalg.solve(system.mass, self.modes)
         return row, column * [k == 'acceleration' for k in system.kinds]
 
-    def _motion(self, sampled, covariance, system, finer):
+    def motion(self, sampled, covariance, system, finer):
         """Return the lines of the angle that the modes give, and their frequencies [rad/s]."""
         turns = dict(zip(system.dofs, self.modes))
         row = np.array([turns.get(name, 0.0) for name in system.plant.states])

@@ -144,6 +144,10 @@ class Comparison(Protocol):
     def refinements(self, ranked: list) -> tuple:
         """Return candidates that contain the best one, or compete with it for the same reason."""
 
+    def equivalents(self, ranked: list) -> tuple:
+        """Return nonlinear candidates that the best, linear one may stand for."""
+        return ()
+
     def distant(self, ranked: list) -> tuple:
         """Return candidates far from every start, for a residual that no small size explains."""
         return ()

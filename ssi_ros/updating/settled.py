@@ -137,6 +137,7 @@ def best_of(comparison, pairs=True):
     if residual.p_value < limit and residual.gap.deviations < SPECTRUM_FITS:
         # impulses or the law of a hinge fail tests that their own records fail as well
         residual = comparison.residual(ranked[0].fit)
+    ranked, residual = search.with_equivalents(ranked, residual)
     if pairs and residual.p_value < limit:
         ranked, residual = search.with_pairs(ranked, residual)
     return ranked[0], residual.p_value >= limit

@@ -11,6 +11,7 @@ from ssi_ros.gap.nominal.simulator import level_prior
 from ssi_ros.updating.model_uncertainty import no_uncertainty
 
 STEPS = 12
+SCAN_STEPS = 2          # of a fit at one of many sizes
 PROBE = 1e-3            # share of the coordinate's scale for a difference quotient
 LONGEST = 1.5           # step of a logarithm
 JITTER_ROUNDS = 2       # times that jitter noise is estimated anew at the fitted motion
@@ -45,6 +46,14 @@ def fit(simulator, evidence, candidate=Candidate(), levels=None, steps=STEPS, un
             break
         candidate, levels = found.candidate, found.levels
     return found
+
+
+def best_starts(simulator, evidence, effects, levels, uncertainty):
+    """Return the candidates of single effects, a little fitted, the most likely first."""
+    fits = (fit(simulator, evidence, Candidate((e,)), levels, SCAN_STEPS, uncertainty)
+            for e in effects)
+    return [f.candidate for f in sorted((f for f in fits if f is not None),
+                                        key=lambda f: -f.likelihood)]
 
 
 def fit_again(simulator, evidence, start, steps, uncertainty, far=False):

@@ -17,13 +17,10 @@ from ssi_ros.integrity.repeats import faults_of_samples
 from ssi_ros.model.channels import of_channels
 from ssi_ros.model.spacecraft import Spacecraft
 from ssi_ros.records import Samples
-from ssi_ros.updating.adapt import adapt
 from ssi_ros.updating.adapted_comparison import AdaptedComparison
 from ssi_ros.updating.prior import known_by_recordings
+from ssi_ros.updating.refilled import adapted_and_filled, of_clipped
 from ssi_ros.updating.settled import best_of, explains, is_better, search_of, settled
-
-REFILLS = 8             # of the gaps of a record by a model that is moved, at most,
-SETTLED = 0.05          # until no error moves by so many of its deviations
 
 
 @dataclass(frozen=True)
@@ -74,7 +71,7 @@ class ModelNominal:
         prior = known_by_recordings(calibration) if calibration.covariance else None
 
         def beside(side, prior):
-            there = record if side is simulator else _of_clipped(record, side, levels, settings)
+            there = record if side is simulator else of_clipped(record, side, levels, settings)
             return ModelComparison(side, there, settings, effects, levels, progress, prior)
 
         as_it_is = beside(simulator, prior)
@@ -89,7 +86,7 @@ class ModelNominal:
         if done:
             return as_it_is
         if self.inputs is None:
-            adapted, record = _adapted(simulator, record, settings, progress)
+            adapted, record = adapted_and_filled(simulator, record, settings, progress)
         else:
             adapted, record = adapted_beside(spacecraft, simulator, record, settings, progress)
         moved = AdaptedComparison(simulator, adapted, record, settings, effects, progress)
@@ -126,33 +123,6 @@ class ModelNominal:
 def _without(present, effects):
     """Return the names of effects without those that a model has already."""
     return tuple(n for n in effects if n not in {e.name for e in present})
-
-
-def _of_clipped(record, simulator, levels, settings):
-    """Return a record, its clipped values, that is all large motion, drawn by a moved model."""
-    clipped = record.raw and not np.isnan(record.raw[1]).all()
-    return _refilled(record, simulator, levels, settings) if clipped else record
-
-
-def _refilled(record, simulator, levels, settings):
-    """Return a record whose short gaps another model has filled."""
-    if not record.raw:
-        return record
-    # what was filled by a model that is wrong is no motion of this structure
-    _, samples, spectra, _ = completed(simulator, *record.raw, settings, levels)
-    return replace(record, samples=samples, spectra=spectra)
-
-
-def _adapted(simulator, record, settings, progress):
-    """Return the model moved onto a record, and the record, its gaps filled by the moved model."""
-    adapted = adapt(simulator, record.samples, settings, progress)
-    for _ in range(REFILLS if record.raw else 0):
-        record, before = _refilled(record, adapted.simulator.but(
-            compensation=None), adapted.fit.levels[0], settings), adapted.fit.values
-        adapted = adapt(simulator, record.samples, settings, before=adapted)
-        if np.abs((adapted.fit.values - before) / adapted.fit.stds).max() < SETTLED:
-            break
-    return adapted, record
 
 
 def _used(samples, frame):

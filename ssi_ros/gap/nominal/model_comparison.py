@@ -6,6 +6,7 @@ import numpy as np
 from scipy.stats import norm
 
 from ssi_ros.effects import effect_class, left_out, places
+from ssi_ros.effects.equivalent_hinges import equivalent_hinges
 from ssi_ros.events.blocks import explained_below_band, search
 from ssi_ros.gap.cache import effect_templates, unmodelled_templates
 from ssi_ros.gap.candidate import Candidate, priors_of
@@ -14,7 +15,7 @@ from ssi_ros.gap.detectors import tests_of
 from ssi_ros.gap.detectors.data_faults import faults_beside_model
 from ssi_ros.gap.inference.goodness_of_fit import measure
 from ssi_ros.gap.inference.indirect_inference import indirect_estimate
-from ssi_ros.gap.inference.model_fit import fit, fit_again, STEPS
+from ssi_ros.gap.inference.model_fit import best_starts, fit, fit_again, STEPS
 from ssi_ros.gap.inference.parametric_bootstrap import bootstrap_floor, BootstrapTests
 from ssi_ros.gap.inference.score_scatter import scatter_of
 from ssi_ros.gap.inference.score_test import score
@@ -34,7 +35,6 @@ from ssi_ros.updating.prior import stand
 
 FIRST_STEPS = 6         # of a fit, before the best are chosen
 REFIT_STEPS = 3         # of a fit to half of the segments, from the common one
-SCAN_STEPS = 2          # of a fit at one of many sizes
 SCANNED = 3             # sizes of an effect that are fitted further
 ANOMALY_TESTS = 3       # lines, spikes, unmodelled changes
 
@@ -48,9 +48,9 @@ class ModelComparison(Comparison):
     def __init__(self, simulator, record, settings, effects, levels, progress, prior=None):
         self.simulator, self.record, self.settings = simulator, record, settings
         self.effects, self.prior, self.progress = effects, prior, progress
-        self.notes = record.notes + left_out(simulator.spacecraft) + tuple(
-            f'not in the calibrated model: {text}'
-            for text in simulator.spacecraft.calibration.unexplained)
+        craft = simulator.spacecraft
+        self.notes = record.notes + left_out(craft) + tuple(
+            f'not in the calibrated model: {t}' for t in craft.calibration.unexplained)
         self.here = stand(simulator, prior, levels, settings)
         self.null = answer.fit_of(fit(simulator, record.spectra, levels=levels,
                                       uncertainty=self.here.uncertainty), self.here)
@@ -59,7 +59,7 @@ class ModelComparison(Comparison):
         self.mismatch = as_reason(faults) or (
             '' if record.detections else implausible_levels(levels))
         self.doubtful = bool(self.mismatch) and {f.kind for f in faults} <= {'scan skew'}
-        self._fits, self._residuals, self._estimates, self._alone = {}, {}, {}, {}
+        self._fits, self._residuals, self._estimates = {}, {}, {}
 
     @cached_property
     def templates(self):
@@ -149,10 +149,10 @@ class ModelComparison(Comparison):
         changes = score_changes(self.unmodelled, fit.state, self.record.spectra,
                                 self.side(fit).uncertainty)
         p_values = float(norm.sf(gap.deviations)), gap.local_p_value(spread=self.scatter.bands)
-        residual = answer.joined_tests(test, gap, p_values, found, odd + detect_change(
-            replace(changes, z=changes.z / self.scatter.changes)), trials)
-        if not simulated or fit is self.null or (
-                residual.p_value >= LIMITS['second_effect_p'].value):
+        every = odd + detect_change(replace(changes, z=changes.z / self.scatter.changes))
+        residual = answer.joined_tests(test, gap, p_values, found, every, trials)
+        enough = residual.p_value >= LIMITS['second_effect_p'].value
+        if not simulated or fit is self.null or enough:
             return residual
         floor = self.simulated_floor(fit, found, True)
         scores, p_values, found, odd = floor.against(test.state, changes, gap, found, odd)
@@ -198,15 +198,23 @@ class ModelComparison(Comparison):
         best = ranked[0].fit.candidate.effects[0]
         return tuple(Candidate((e,)) for e in starts.extensions(best, self.effects))
 
+    def equivalents(self, ranked):
+        """Return laws whose equivalent linear hinge the best one is."""
+        best, of = ranked[0].fit, self.side(ranked[0].fit).simulator.setup
+        alike = equivalent_hinges(best.candidate.effects[0], self.effects,
+                                  lambda e: of(Candidate((e,)), best.levels))
+        return tuple(c for each in alike for c in self._starts(each)[:1])
+
+    def _starts(self, effects):
+        return best_starts(self.simulator, self.record.spectra, effects, self.null.levels,
+                           self.here.uncertainty)
+
     def distant(self, ranked):
         """Return sizes of the best effects far away, for a gap that no small one explains."""
         found = []
         for name in list(dict.fromkeys(n for r in ranked for n in r.names))[:RIVALS]:
             effect = next(e for r in ranked for e in r.fit.candidate.effects if e.name == name)
-            fits = [fit(self.simulator, self.record.spectra, Candidate((e,)), self.null.levels,
-                        SCAN_STEPS, self.here.uncertainty) for e in starts.brackets(effect)]
-            fits = sorted((f for f in fits if f is not None), key=lambda f: -f.likelihood)
-            found += [f.candidate for f in fits[:SCANNED]]
+            found += self._starts(starts.brackets(effect))[:SCANNED]
         return tuple(found)
 
     def pairs(self, found, residual, ranked):
@@ -224,11 +232,10 @@ class ModelComparison(Comparison):
 
     def corrected(self, ranked):
         """Correct candidates by what their approximate spectra lose on their own records."""
-        # The best so far explains nothing: another hinge law may do so whose linear equivalent is
-        # worse.
+        # the best explains nothing: another law may do so whose linear equivalent is worse
         best = ranked[0]
-        promising = (best.fit.log_likelihood + self.null.log_likelihood) / 2
-        found, others = {}, []
+        promising, others = (best.fit.log_likelihood + self.null.log_likelihood) / 2, []
+        found = {}
         for r in ranked:
             if r is not best and (
                     r.fit.log_likelihood <= promising or not r.fit.candidate.nonlinear
@@ -240,8 +247,8 @@ class ModelComparison(Comparison):
             floor, correction = self.residual(r.fit).floor, 0.0
             if floor and r.fit.candidate.nonlinear:
                 # the same random numbers cost an exact spectrum as much by chance
-                exact = [k.deficit for f, k in found.items()
-                         if k and not f.fit.candidate.nonlinear]
+                exact = [k.deficit for f, k in found.items() if k and (
+                    not f.fit.candidate.nonlinear)]
                 exact = exact[0] if exact else self.simulated_floor(self.null).deficit
                 correction = max(floor.deficit - exact, 0.0)
             found[replace(r, correction=correction)] = floor
@@ -257,9 +264,7 @@ class ModelComparison(Comparison):
         total, odds = 0.0, {d.effect: d.log_odds for d in detections}
         for e in fit.candidate.effects:
             if e.name in odds:
-                if e not in self._alone:
-                    self._alone[e] = self.fit(Candidate((e,)), self.null, thorough=False)
-                alone = self._alone[e]
+                alone = self.fit(Candidate((e,)), self.null, thorough=False)
                 shown = alone.log_likelihood - self.null.log_likelihood if alone else 0.0
                 total += max(odds[e.name] - max(shown, 0.0), 0.0)
         return total + explained_below_band(

@@ -39,10 +39,20 @@ class Search:
             ranked = self.sorted(ranked + self.fitted(
                 distant, comparison.null, self.found.detections))
             residual = comparison.residual(ranked[0].fit)
+        ranked, residual = self.with_equivalents(ranked, residual)
         if residual.spectral_p_value < LIMITS['residual_p'].value:
             ranked = self.sorted(comparison.corrected(ranked))
             residual = comparison.residual(ranked[0].fit)
         return ranked, residual
+
+    def with_equivalents(self, ranked, residual):
+        """Return candidates with laws that a linear one stands for, and what the best leaves."""
+        comparison = self.comparison
+        if residual.p_value >= LIMITS['residual_p'].value:
+            return ranked, residual
+        alike = self.fitted(comparison.equivalents(ranked), comparison.null, self.found.detections)
+        ranked = self.sorted(ranked + alike)
+        return ranked, comparison.residual(ranked[0].fit) if alike else residual
 
     def wants_another(self, best, residual):
         """Return whether what the best candidate leaves calls for a second effect."""
