@@ -127,8 +127,12 @@ def bridged(values):
         near = near[~missing[near]]
         lost = np.arange(begin, end)
         if len(near):
-            weights = solve(covariance[np.abs(near[:, None] - near)],
-                            covariance[np.abs(near[:, None] - lost)], assume_a='sym')
+            known = covariance[np.abs(near[:, None] - near)]
+            beside = covariance[np.abs(near[:, None] - lost)]
+            try:
+                weights = solve(known, beside, assume_a='sym')
+            except np.linalg.LinAlgError:       # a channel that stands still, or repeats itself
+                weights = np.linalg.lstsq(known, beside)[0]
             out[begin:end] = mean + (values[near] - mean) @ weights
     return out
 
