@@ -77,7 +77,8 @@ def row(hinge, seed):
     found = diagnose(load_spacecraft(), samples)
     took, top, sites = time.process_time() - begin, found.candidates[0], found.where.site
     place = ' '.join(str(getattr(e, f.name)) for e in top.built for f in e.words())
-    return (hinge.law, hinge.size, hinge.array, seed, f'{deflection(clean, craft, 6000 + seed):.0f}',
+    size = f'{deflection(clean, craft, 6000 + seed):.0f}'
+    return (hinge.law, hinge.size, hinge.array, seed, size,
             worth(found, hinge.array), found.outcome, ' + '.join(found.verdict['class']),
             f'{found.verdict["probability"]:.2f}', ' + '.join(top.effects) + f' {place}',
             max(sites, key=sites.get) if any(sites.values()) else '',
