@@ -1,7 +1,8 @@
 """
 Nonlinear hinges integrated by Runge and Kutta: none of the package's hinge code.
 
-Mass, damping and stiffness with the angle of the hinge as a freedom are those of the package, and so
+Mass, damping and stiffness with the angle of the hinge as a freedom are those of the package,
+and so
 are the random forces, held over a sample. What the hinge does beside its linear stiffness is here.
 The fastest freedom of the array stands for the give of all that are left out: neither channels nor
 hub feel it, as in the modes of a linear hinge.
