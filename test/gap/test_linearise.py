@@ -38,7 +38,7 @@ def test_parseval_gives_the_motion_its_variance():
     system, hinge = setup.system, module._Hinge(setup.system, setup.laws[0])
     covariance = sum(p.covariance(100.0, system.inputs) for p in system.excitation)
     sampled = system.plant.discrete(100.0)
-    lines, _ = hinge._motion(sampled, covariance, system, 1)
+    lines, _ = hinge.motion(sampled, covariance, system, 1)
     row = np.array([dict(zip(system.dofs, hinge.modes)).get(s, 0.0) for s in system.plant.states])
     # exact but for rounding
     assert module.irfft(lines, module.LENGTH).std() == pytest.approx(
