@@ -12,11 +12,11 @@ import numpy as np
 from ssi_ros.effects.edits import mix, scale_stiffness
 from ssi_ros.effects.points import dispersed, single_modes, with_mode
 from ssi_ros.effects.statistical_linearisation import linearise
-from ssi_ros.gap.inference.thresholds import LIMITS
 from ssi_ros.gap.inference.whittle import whiten
 from ssi_ros.hermitian import hermitian, inverse_root, real_vectors, white
 from ssi_ros.model.errors import with_frequencies
 from ssi_ros.model.excitation import Coloured
+from ssi_ros.updating.probable_errors import ErrorLikelihood, factors, most_probable
 
 STEP = 1e-4             # relative change for a difference quotient
 
@@ -62,59 +62,50 @@ class ModelUncertainty:
         # how high a slow mode stands in one record is no gap
         return self.heights.raised(model, whiten(model, evidence)) if self.heights else model
 
-    def profile(self, whitened):
+    def profile(self, whitened, start=None):
         """
         Return gain of the log likelihood by model errors, their values (n,) and (F + 1)^-1, (117).
 
-        Heights have to be `taken_out` of the record. Far from it, as a wrong candidate is, the
-        most probable values are limited, so that they do not distort the spectrum or decide.
+        Heights have to be `taken_out` of the record. `start` are errors near by, (n,).
         """
-        excess = whitened.excess.sum(axis=0)
-        # heights are at their best already
-        slopes = self.errors(whitened.weight * (self.vectors @ excess) - self.offset)
         many = whitened.weight * len(whitened.excess)
-        inverse = np.linalg.inv(many * self.products + np.eye(len(slopes)))
-        most = inverse @ slopes
-        errors = self.errors(most)
-        share = min(1.0, LIMITS.corrected_std.value / max(
-            np.abs(errors).max(initial=0.0), 1e-300))
-        if self.into is not None:
-            # of a wide prior it is the spectrum that a linear change must not leave
-            changed = np.abs(errors @ self.vectors).max()
-            share = min(share, LIMITS.linear_change.value / max(changed, 1e-300))
-        pull = float(slopes @ most)
-        if whitened.known and pull > 0.0:
-            # far from what inputs make the likelihood bends much more than where it is right
-            bent = max(self._curvature(whitened, most, excess), pull)
-            share = min(share, pull / bent)
-            return share * pull - share ** 2 * bent / 2, share * most, inverse
-        return pull * (share - share ** 2 / 2), share * most, inverse
+        information = many * self.products + np.eye(len(self.names))
+        # heights are at their best already
+        gain, most = most_probable(ErrorLikelihood(self, whitened), information,
+                                   self.errors(np.ones(len(self.names))) > 0.0, start)
+        return gain, most, np.linalg.inv(information)
 
-    def _curvature(self, whitened, most, excess):
-        """Return minus the second derivative of the likelihood along some errors, (n,)."""
-        count, many = whitened.lower.shape[-1], len(whitened.excess)
-        change = hermitian((most @ self.vectors).reshape(-1, count, count))
-        observed = many * np.eye(count) + hermitian(excess.reshape(change.shape))
-        square = np.einsum('kij,kjm->kim', change, change)
-        twice = np.einsum('kij,kji->', square, observed).real
-        one = np.einsum('kii->', square).real
-        return float(whitened.weight * (2 * twice - many * one) + most @ most)
+    def seen(self, whitened, most):
+        """
+        Return the excess (a, k l l) whose product with a direction is the slope along it.
+
+        The model has the factor L R, R that of errors (n,). A change moves L by L K, K lower
+        triangular, K + K^H what is whitened of it: the slope is 2 Re tr(K R (X - 1) R^-1) with
+        X = R^-1 (1 + E) R^-H, the record whitened by all.
+        """
+        count, shape = whitened.lower.shape[-1], whitened.excess.shape
+        root = self._factors(most, count)
+        inverse = np.linalg.inv(root)
+        record = hermitian(whitened.excess.reshape(-1, count, count)).reshape(
+            len(whitened.excess), *root.shape) + np.eye(count)
+        left = record @ (inverse.conj().swapaxes(-1, -2) @ inverse) - np.eye(count)
+        upper = np.triu(left, 1)
+        upper += upper.conj().swapaxes(-1, -2) + left.real * np.eye(count)
+        return real_vectors(upper).reshape(shape)
+
+    def _factors(self, most, count):
+        """Return the factors R of errors (n,), (k, l, l)."""
+        return factors(hermitian((most @ self.vectors).reshape(-1, count, count)))
 
     def errors(self, values):
         """Return values (n,) with those of heights, which are no errors of the model, as 0."""
         count = len(self.heights)
         return np.append(values[:len(values) - count], np.zeros(count))
 
-    def corrected(self, model, whitened):
-        """Return the model with its errors at their most probable values, eq. (118)."""
-        _, most, _ = self.profile(whitened)
-        count = model.shape[-1]
-        correction = np.eye(count) + hermitian(
-            (self.errors(most) @ self.vectors).reshape(-1, count, count))
-        if np.linalg.eigvalsh(correction).min() < LIMITS.corrected_spectrum.value:
-            return model
-        factor = np.linalg.cholesky(model)
-        return white(factor, correction[None])
+    def corrected(self, model, most):
+        """Return the model with errors (n,) in it."""
+        factor = np.linalg.cholesky(model) @ self._factors(self.errors(most), model.shape[-1])
+        return factor @ factor.conj().swapaxes(-1, -2)
 
 
 def no_uncertainty(frame, channels):

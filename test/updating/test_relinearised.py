@@ -53,7 +53,8 @@ def test_errors_move_to_where_the_record_has_them(comparison):
                              before.uncertainty)
         if moved is None:
             break
-    assert abs(value) < OFF / 2
+    # 600 s tell the logarithm of that damping to 0.4, the prior to 0.25: the mean of both is 0.57
+    assert moved is None and abs(value) < 0.7 * OFF
 
 
 def test_directions_of_errors_keep_their_offset_beside_others():

@@ -90,9 +90,9 @@ def _climb(problem, candidate, levels, steps, known=None):
     here, information = maximise(here, caps, steps)
     if here is None:
         return None
-    corrected = here.uncertainty.corrected(here.model, here.whitened)
     return Fit(
-        here.candidate, np.exp(here.logs), here.value_of(corrected), corrected, here.model,
+        here.candidate, np.exp(here.logs), here.value,
+        here.uncertainty.corrected(here.model, here.most), here.model,
         tuple(here.shares()),
         covariance(information, caps)[len(logs):, len(logs):],
         (here.now, here.changes) if here.now.near else None)
@@ -101,7 +101,7 @@ def _climb(problem, candidate, levels, steps, known=None):
 class _Place:
     """Where a fit stands: expected periodograms, record whitened by them, likelihood."""
 
-    def __init__(self, problem, candidate, now, logs, changes):
+    def __init__(self, problem, candidate, now, logs, changes, errors=None):
         self.problem, self.candidate, self.now, self.logs = problem, candidate, now, logs
         self.changes = changes
         self.x = np.append(logs, candidate.point())
@@ -115,21 +115,10 @@ class _Place:
         if np.isfinite(self.value):
             self.whitened = self.uncertainty.taken_out(self.whitened)
             self.value = self.whitened.likelihood
-            self.gain, self.most, self.inverse = self.uncertainty.profile(self.whitened)
-            self.value += self.gain - float(self.prior @ logs ** 2) / 2
+            gain, self.most, self.inverse = self.uncertainty.profile(self.whitened, errors)
+            self.value += gain - float(self.prior @ logs ** 2) / 2
             before, after = (np.sum(np.square(u.offset)) for u in (free, self.uncertainty))
             self.value += float(before - after) / 2
-
-    def value_of(self, corrected):
-        """Return the likelihood at the most probable errors, of a spectrum corrected by them."""
-        free = self.uncertainty
-        if free.into is None or corrected is self.model:
-            return self.value
-        # far from where a spectrum is linear, a quadratic promises what no errors reach
-        errors = free.errors(self.most)
-        moved = np.sum(np.square(errors + free.offset)) - np.sum(np.square(free.offset))
-        there = free.taken_out(whiten(corrected, self.problem.evidence)).likelihood
-        return self.value - self.gain + there - self.whitened.likelihood - float(moved) / 2
 
     def at(self, x):
         """Return the place at other coordinates; None where the candidate cannot exist."""
@@ -137,7 +126,8 @@ class _Place:
         candidate = self.candidate.moved(x[count:])
         now = self.problem.simulator.expected(candidate, np.exp(x[:count]), self.now.near)
         return None if now is None else _Place(self.problem, candidate, now, x[:count],
-                                               self.changes if self.problem.keep else None)
+                                               self.changes if self.problem.keep else None,
+                                               self.most)
 
     def shares(self):
         """Return the derivatives of S by the logarithms of the levels."""
@@ -157,19 +147,19 @@ class _Place:
         whitened, uncertainty = self.whitened, self.uncertainty
         flat = whitened.directions(slopes)
         total = flat.reshape(len(flat), -1)
-        score = whitened.weight * (total @ whitened.excess.ravel())
+        score = whitened.weight * (total @ uncertainty.seen(whitened, self.most).ravel())
         information = whitened.weight * (total @ total.T)
         mixed = whitened.weight * (flat.sum(axis=1) @ uncertainty.vectors.T)
         count = len(self.logs)
         if self.problem.simulator.compensation:
             # what a candidate moves the errors by changes how probable they are
             moves = self._moves()
-            score[count:] -= moves @ uncertainty.offset
+            score[count:] -= moves @ (uncertainty.offset + self.most)
             information[count:, count:] += moves @ moves.T
             mixed[count:] += moves
         score[:count] -= self.prior * self.logs
         information[:count, :count] += np.diag(self.prior)
-        return score - mixed @ self.most, information - mixed @ self.inverse @ mixed.T
+        return score, information - mixed @ self.inverse @ mixed.T
 
     def _moves(self):
         """Return the derivatives of the errors of the model that candidates shift, (p, n)."""

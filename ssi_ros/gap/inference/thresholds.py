@@ -42,13 +42,9 @@ class InferenceLimits:
         1.5, 'std', 'two of the standard deviation of a mean of two records, sqrt(1 / 2)')
     estimate_level: Threshold = Threshold(
         0.05, '1', 'engineering choice: share of a level, 0.2 dB')
-    # model_uncertainty
-    corrected_spectrum: Threshold = Threshold(
-        0.05, '1', 'engineering choice: least whitened eigenvalue of a small correction')
+    # probable_errors
     corrected_std: Threshold = Threshold(
         4.0, 'std', 'engineering choice: how far an uncertain number may go from the model')
-    linear_change: Threshold = Threshold(
-        0.5, '1', 'engineering choice: whitened change up to which a spectrum is linear in errors')
     # levels of a model
     excitation_std: Threshold = Threshold(
         1.4, 'log power', 'engineering choice: excitation known to 6 dB')
