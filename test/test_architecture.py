@@ -7,13 +7,15 @@ import pytest
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / 'ssi_ros'
 # what every layer may import
-FREE = {'quantity', 'limits', 'array_file', 'arrays', 'hermitian', 'plain_yaml', 'whole_file'}
+FREE = {'quantity', 'limits', 'array_file', 'arrays', 'fisher_scoring',
+        'hermitian', 'plain_yaml', 'whole_file'}
 MAY_IMPORT = {            # layer: the layers that it may import, besides itself and FREE
     'quantity': set(),
     'limits': set(),
     'array_file': {'limits'},
     'arrays': set(),
     'hermitian': set(),
+    'fisher_scoring': set(),
     'plain_yaml': set(),
     'whole_file': set(),
     'records': set(),

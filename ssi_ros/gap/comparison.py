@@ -32,8 +32,13 @@ class Detection:
 
     @property
     def log_odds(self):
-        """Log likelihood ratio that the detection gives its effect, -log p."""
-        return -float(np.log(max(self.p_value, 1e-300)))
+        """
+        Log of the largest Bayes factor that the p-value allows, -log(-e p log p).
+
+        Sellke, Bayarri and Berger, The American Statistician 55, 2001; 0 where it speaks for none.
+        """
+        log_p = float(np.log(max(self.p_value, 1e-300)))
+        return -log_p - 1.0 - float(np.log(-log_p)) if log_p < -1.0 else 0.0
 
 
 @dataclass(frozen=True, eq=False)

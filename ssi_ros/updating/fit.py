@@ -12,8 +12,8 @@ from itertools import repeat
 
 import numpy as np
 
+from ssi_ros.fisher_scoring import covariance, maximise
 from ssi_ros.gap.candidate import Candidate, priors_of
-from ssi_ros.gap.inference.fisher_scoring import covariance, maximise
 from ssi_ros.gap.inference.model_fit import scales_of
 from ssi_ros.gap.nominal.simulator import Simulator
 from ssi_ros.gap.selection.evidence import log_prior_ratio

@@ -51,7 +51,8 @@ def settled(comparison, beside):
     # an effect and errors beside it: without it errors would take up a part of what it does
     for candidate in (best.fit.candidate, None) if best else (None,):
         there = alone if alone and not candidate else _moved(comparison, beside, candidate)
-        if there is not comparison:
+        # errors so far off have taken up another effect
+        if there is not comparison and _is_usual(there):
             own, done = best_of(there, pairs=False)
             if done:
                 return there

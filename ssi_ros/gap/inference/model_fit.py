@@ -1,11 +1,11 @@
 """Fit a candidate and the levels to a record by Fisher scoring, eq. (100)."""
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ssi_ros.effects.base import is_log
+from ssi_ros.fisher_scoring import covariance, maximise
 from ssi_ros.gap.candidate import Candidate
-from ssi_ros.gap.inference.fisher_scoring import covariance, maximise
 from ssi_ros.gap.inference.whittle import whiten
 from ssi_ros.gap.nominal.simulator import level_prior
 from ssi_ros.updating.model_uncertainty import no_uncertainty
@@ -28,7 +28,13 @@ class Fit:
     plain: np.ndarray       # the same with the uncertain numbers as the model has them
     shares: tuple           # derivatives of `plain` by the logarithms of the levels
     covariance: np.ndarray  # (p, p), of the coordinates, all else profiled out
+    errors: np.ndarray      # (n,), the uncertain numbers, in deviations
     known: tuple = None     # of a nonlinear one Expected and derivatives, to begin another fit
+
+    @property
+    def without_errors(self):
+        """Return the same at no errors, which take up a part of an effect not found yet."""
+        return replace(self, model=self.plain, errors=np.zeros(len(self.errors)))
 
 
 def fit(simulator, evidence, candidate=Candidate(), levels=None, steps=STEPS, uncertainty=None):
@@ -94,7 +100,7 @@ def _climb(problem, candidate, levels, steps, known=None):
         here.candidate, np.exp(here.logs), here.value,
         here.uncertainty.corrected(here.model, here.most), here.model,
         tuple(here.shares()),
-        covariance(information, caps)[len(logs):, len(logs):],
+        covariance(information, caps)[len(logs):, len(logs):], here.most,
         (here.now, here.changes) if here.now.near else None)
 
 

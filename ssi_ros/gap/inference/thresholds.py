@@ -8,11 +8,6 @@ from ssi_ros.gap.settings import Threshold
 class InferenceLimits:
     """Limits of decisions and widths of priors, in the order of the modules that use them."""
 
-    # fisher_scoring
-    gain: Threshold = Threshold(
-        0.02, 'nat', 'engineering choice: less moves no estimate by more than 0.2 deviations')
-    least_information: Threshold = Threshold(
-        1e-4, '1', 'engineering choice: undetermined coordinates deviate by 100 of their scales')
     # recorded_fit
     smoothing: Threshold = Threshold(
         30.0, 'nat', 'engineering choice: error of D where predictions differ in smoothness')

@@ -126,10 +126,12 @@ class ModelComparison(Comparison):
 
     def score_test(self, fit):
         """Score all effects at once around a fit."""
-        found = score(
-            self.templates_of(fit), fit.state, self.record.spectra, self.side(fit).uncertainty)
+        found = self._scores(fit.state, self.side(fit), self.templates_of(fit))
         # what is the opposite of an effect may be what is not known of the model
         return answer.score_test_of(found, self.scatter.scores, bool(self.prior))
+
+    def _scores(self, state, side, of=None):
+        return score(of or self.templates, state, self.record.spectra, side.uncertainty)
 
     @cached_property
     def scatter(self):
@@ -184,19 +186,19 @@ class ModelComparison(Comparison):
         """Return the starts that scores and detections speak for."""
         begin = [d.basis for d in residual.detections]
         detected = {e.name for e in begin}
-        likely = starts.promising(residual.score_test.state, self.settings.finalists)
-        begin += [e for e in likely + starts.elsewhere(residual.score_test.state, likely)
+        both = self._scores(self.null.state.without_errors, self.here), residual.score_test.state
+        begin += [e for e in starts.likely(both, self.settings.finalists)
                   if e.name not in detected]
         return tuple(Candidate((e,)) for e in begin)
 
     def all_candidates(self):
         """Return every start of every effect."""
-        return tuple(Candidate((e,)) for e in self.templates.effects)
+        return tuple(map(Candidate, zip(self.templates.effects)))
 
     def refinements(self, ranked):
         """Return laws that contain the best one."""
         best = ranked[0].fit.candidate.effects[0]
-        return tuple(Candidate((e,)) for e in starts.extensions(best, self.effects))
+        return tuple(map(Candidate, zip(starts.extensions(best, self.effects))))
 
     def equivalents(self, ranked):
         """Return laws whose equivalent linear hinge the best one is."""
@@ -211,19 +213,17 @@ class ModelComparison(Comparison):
 
     def distant(self, ranked):
         """Return sizes of the best effects far away, for a gap that no small one explains."""
-        found = []
-        for name in list(dict.fromkeys(n for r in ranked for n in r.names))[:RIVALS]:
-            effect = next(e for r in ranked for e in r.fit.candidate.effects if e.name == name)
-            found += self._starts(starts.brackets(effect))[:SCANNED]
-        return tuple(found)
+        return tuple(c for e in starts.rivals(ranked, RIVALS)
+                     for c in self._starts(starts.brackets(e))[:SCANNED])
 
     def pairs(self, found, residual, ranked):
         """Return the pairs that explain most together."""
-        best, rest = ranked[0].fit.candidate, residual.score_test.state
-        more = starts.promising(rest, PAIRS_TO_FIT) + [d.basis for d in residual.detections]
-        pairs = [best.with_one_more(e) for e in more if e.name not in best.names]
-        pairs += [Candidate(p) for p in starts.promising_pairs(
-            found.score_test.state, PAIRS_TO_FIT)]
+        one, none = ranked[0].fit, self.null
+        rest, whole = (self._scores(f.state.without_errors, self.side(f)) for f in (one, none))
+        more = [e for s in (residual.score_test.state, rest) for e in starts.promising(
+            s, PAIRS_TO_FIT)] + [d.basis for d in residual.detections]
+        pairs = [one.candidate.with_one_more(e) for e in more if e.name not in one.candidate.names]
+        pairs += [Candidate(p) for p in starts.promising_pairs(whole, PAIRS_TO_FIT)]
         return starts.unique_places(pairs)
 
     def indistinguishable(self, found, candidate):
@@ -283,7 +283,7 @@ class ModelComparison(Comparison):
             for e in ranked.fit.candidate.effects)
 
     def alike(self, found, ranked):
-        """Return the effects whose templates cannot be distinguished from those of a candidate."""
+        """Return the effects whose templates are those of a candidate."""
         return answer.alike(found.score_test.state, ranked.names, self.settings.tie_cosine)
 
     def localise(self, fit=None, probability=0.0):

@@ -1,5 +1,5 @@
 """The model side of a diagnosis: expected spectra of candidates, levels of the excitation."""
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from ssi_ros.model.excitation import source, White
 IMPOSSIBLE = (ValueError, np.linalg.LinAlgError, OverflowError)
 
 
+@dataclass(frozen=True, eq=False)
 class Simulator:
     """
     Expected periodograms of candidates on a spacecraft, in a frame.
@@ -22,14 +23,17 @@ class Simulator:
     `present` are effects that the model has already, `jitter_noise` the noise that jitter makes
     of the motion of one record, see `with_motion_of`; `compensation`, a Compensation, keeps the
     modes of candidates where the record has them; `recorded`, RecordedInputs, come before the
-    channels.
+    channels; `moved_s` is that of the Samples, by channel.
     """
 
-    def __init__(self, spacecraft, frame, duration_s, present=(), jitter_noise=None,
-                 compensation=None, recorded=None):
-        self.spacecraft, self.frame, self.duration_s = spacecraft, frame, duration_s
-        self.present, self.jitter_noise = tuple(present), jitter_noise
-        self.compensation, self.recorded = compensation, recorded
+    spacecraft: object
+    frame: object
+    duration_s: float
+    present: tuple = ()
+    jitter_noise: object = None
+    compensation: object = None
+    recorded: object = None
+    moved_s: tuple = ()
 
     def on(self, frame):
         """Return the same model side in another frame."""
@@ -37,9 +41,7 @@ class Simulator:
 
     def but(self, **changes):
         """Return the same model side with some of its parts replaced."""
-        kept = {n: getattr(self, n) for n in ('spacecraft', 'frame', 'duration_s', 'present',
-                                              'jitter_noise', 'compensation', 'recorded')}
-        return Simulator(**{**kept, **changes})
+        return replace(self, **changes)
 
     @property
     def known(self):
@@ -64,7 +66,8 @@ class Simulator:
         """Return the model side that templates for a record at levels are made by."""
         # what recorded inputs drive does not follow the levels
         return self.of_inputs(exact=False).but(
-            spacecraft=at_levels(self.spacecraft, levels)) if self.recorded else self
+            spacecraft=at_levels(self.spacecraft, levels)) if self.recorded else self.but(
+                moved_s=())
 
     def at_errors(self, values):
         """Return the same model side with the errors of its numbers at values, (m,)."""
@@ -93,7 +96,8 @@ class Simulator:
         spacecraft, shift = self.spacecraft, self.shift(candidate)
         if np.any(shift):
             spacecraft = spacecraft.at_errors(np.array(spacecraft.calibration.values) + shift)
-        found = inject(spacecraft, self.present + candidate.effects, self.duration_s)
+        found = inject(spacecraft, tuple(self.present) + candidate.effects, self.duration_s).moved(
+            self.moved_s)
         if levels is None or not found.laws:
             return found
         names = [p.name for p in found.system.excitation if isinstance(source(p), White)]

@@ -27,6 +27,20 @@ def starting_points(classes, spacecraft):
     return [e for e in found if not e.is_null]
 
 
+def likely(every, count):
+    """Return the starts that Scores of the same templates speak for, the first ones first."""
+    found = []
+    for scores in every:
+        best = promising(scores, count)
+        found += [e for e in best + elsewhere(scores, best)
+                  if scores is every[0] or _place(e) not in map(_place, found)]
+    return found
+
+
+def _place(effect):
+    return effect.name, *(getattr(effect, f.name) for f in effect.words())
+
+
 def promising(scores, count):
     """Return the best start of each of the best effects, at the size that its score says."""
     gains, found = scores.gains(), {}
@@ -98,6 +112,14 @@ def replacements(scores, candidate):
     return list(found.values())
 
 
+def rivals(ranked, count):
+    """Return the best fitted effect of each of the first kinds."""
+    found = {}
+    for effect in (e for r in ranked for e in r.fit.candidate.effects):
+        found.setdefault(effect.name, effect)
+    return list(found.values())[:count]
+
+
 def promising_pairs(scores, count):
     """Return the pairs of different effects whose templates explain most together."""
     z, r = scores.z, scores.cosine
@@ -123,9 +145,7 @@ def unique_places(candidates):
     """Return the first candidate of each combination of effects and places."""
     found = {}
     for candidate in candidates:
-        found.setdefault(tuple(sorted(
-            (e.name, *(getattr(e, f.name) for f in e.words())) for e in candidate.effects)),
-            candidate)
+        found.setdefault(tuple(sorted(map(_place, candidate.effects))), candidate)
     return tuple(found.values())
 
 

@@ -4,7 +4,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ssi_ros.gap.inference.fisher_scoring import covariance, maximise
+from ssi_ros.fisher_scoring import covariance, maximise
 from ssi_ros.gap.inference.goodness_of_fit import divergence
 from ssi_ros.gap.inference.thresholds import LIMITS
 from ssi_ros.gap.spectra.band_averages import level_of

@@ -3,8 +3,8 @@ from typing import Protocol
 
 import numpy as np
 
-from ssi_ros.gap.inference.thresholds import LIMITS
-
+GAIN = 0.02             # of the log likelihood: less moves no estimate by more than 0.2 deviations
+LEAST_INFORMATION = 1e-4    # coordinates that are not determined deviate by 100 of their scales
 TRIALS = 6              # of a step, each more damped than the one before
 FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-3, 1e-6, 1e6     # of the information's diagonal
 
@@ -29,7 +29,7 @@ def maximise(here, caps, steps):
     Returns the place, None where a step is not finite, and the Fisher information (p, p) last
     used.
     """
-    damping, limit = FIRST_DAMPING, LIMITS.gain.value
+    damping, limit = FIRST_DAMPING, GAIN
     # a direction that the record hardly determines must not take the whole of a step
     least = np.diag(1 / caps ** 2)
     for number in range(steps + 1):
@@ -65,6 +65,6 @@ def _gain(here, there, score):
 def covariance(information, scales):
     """Invert an information; a direction without any has a variance of many scales, not none."""
     values, vectors = np.linalg.eigh(information * np.outer(scales, scales))
-    least = LIMITS.least_information.value
+    least = LEAST_INFORMATION
     spread = vectors * (scales[:, None] / np.sqrt(np.maximum(values, least)))
     return spread @ spread.T
