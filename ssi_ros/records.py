@@ -28,9 +28,6 @@ class Samples:
         Names of the l channels.
     start_ns : int
         Stamp of the first row [ns].
-    moved_s : tuple of float
-        By its stamps how much later than the rows each channel was sampled, before it was moved
-        to their instants [s]; empty if none was.
 
     """
 
@@ -38,7 +35,6 @@ class Samples:
     rate_hz: float
     channels: tuple
     start_ns: int = 0
-    moved_s: tuple = ()
 
     def __post_init__(self):
         values = read_only(self.values)
@@ -65,7 +61,7 @@ class Samples:
         first = max(0, int(np.ceil(start_s * self.rate_hz - 1e-9)))
         last = min(len(self.values), int(np.ceil(end_s * self.rate_hz - 1e-9)))
         return Samples(self.values[first:last], self.rate_hz, self.channels,
-                       self.start_ns + round(first * 1e9 / self.rate_hz), self.moved_s)
+                       self.start_ns + round(first * 1e9 / self.rate_hz))
 
 
 @dataclass(frozen=True)

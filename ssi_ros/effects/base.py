@@ -4,7 +4,7 @@ What an effect is: a frozen record that changes a `Setup`, declared in a file of
 Every quantity's default is its null value, so an effect at its defaults changes nothing and every
 model with an effect contains the nominal one. `site` is where localisation places it.
 """
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields
 from enum import Enum
 import math
 
@@ -100,14 +100,6 @@ class Setup:
     powers: dict = field(default_factory=dict)
     lags: tuple = ()
     near: tuple = None
-
-    def moved(self, moved_s):
-        """Return the setup with channels (l,) moved by what a clock that is wrong says [s]."""
-        wrong = self.stamp_rate_hz / self.system.rate_hz - 1.0
-        if not (wrong and moved_s):
-            return self
-        delays = np.array(self.delays_s or (0.0,) * len(moved_s)) - wrong * np.array(moved_s)
-        return replace(self, delays_s=tuple(delays))
 
     def reading(self, frequencies_hz):
         """Return what delays and low-passes make of every channel, (k, l) complex, eq. (89)."""

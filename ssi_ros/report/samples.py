@@ -60,10 +60,8 @@ def samples_of(recording, rate_hz=0.0, say=None):
     if moved and say is not None:
         say(moved)
     first, last = (EDGE, -EDGE) if moved and len(values) > 4 * EDGE else (0, None)
-    rate_hz = rows[0].rate_hz
-    return Samples(values[first:last], rate_hz, recording.names,
-                   rows[0].origin_ns + round(first * 1e9 / rate_hz),
-                   tuple(f.offset / rate_hz for f in found) if moved else ())
+    return Samples(values[first:last], rows[0].rate_hz, recording.names,
+                   rows[0].origin_ns + round(first * 1e9 / rows[0].rate_hz))
 
 
 def _offsets(recording, rows, placed):

@@ -108,8 +108,7 @@ class ModelNominal:
             frame = frame_of(samples, settings)
         except ValueError as error:
             raise TooLittleData(str(error), notes) from None
-        simulator = Simulator(spacecraft, frame, samples.duration_s, present,
-                              moved_s=samples.moved_s)
+        simulator = Simulator(spacecraft, frame, samples.duration_s, present)
         if self.inputs is not None:
             simulator, samples, clipped = beside_inputs(simulator, samples, clipped, self.inputs)
             faults += faults_of_inputs(simulator, samples)

@@ -23,7 +23,7 @@ class Simulator:
     `present` are effects that the model has already, `jitter_noise` the noise that jitter makes
     of the motion of one record, see `with_motion_of`; `compensation`, a Compensation, keeps the
     modes of candidates where the record has them; `recorded`, RecordedInputs, come before the
-    channels; `moved_s` is that of the Samples, by channel.
+    channels.
     """
 
     spacecraft: object
@@ -33,7 +33,6 @@ class Simulator:
     jitter_noise: object = None
     compensation: object = None
     recorded: object = None
-    moved_s: tuple = ()
 
     def on(self, frame):
         """Return the same model side in another frame."""
@@ -66,8 +65,7 @@ class Simulator:
         """Return the model side that templates for a record at levels are made by."""
         # what recorded inputs drive does not follow the levels
         return self.of_inputs(exact=False).but(
-            spacecraft=at_levels(self.spacecraft, levels)) if self.recorded else self.but(
-                moved_s=())
+            spacecraft=at_levels(self.spacecraft, levels)) if self.recorded else self
 
     def at_errors(self, values):
         """Return the same model side with the errors of its numbers at values, (m,)."""
@@ -96,8 +94,7 @@ class Simulator:
         spacecraft, shift = self.spacecraft, self.shift(candidate)
         if np.any(shift):
             spacecraft = spacecraft.at_errors(np.array(spacecraft.calibration.values) + shift)
-        found = inject(spacecraft, tuple(self.present) + candidate.effects, self.duration_s).moved(
-            self.moved_s)
+        found = inject(spacecraft, tuple(self.present) + candidate.effects, self.duration_s)
         if levels is None or not found.laws:
             return found
         names = [p.name for p in found.system.excitation if isinstance(source(p), White)]
