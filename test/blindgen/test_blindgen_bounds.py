@@ -6,6 +6,7 @@ from blindgen.effects.base import channel_rms, EFFECTS, motion_rms
 from blindgen.physics.excitation import input_responses, input_rms
 from blindgen.physics.record import simulate
 from blindgen.physics.scenario import Scenario
+from blindgen.physics.sensors import instants
 from blindgen.physics.spectrum import response
 from blindgen.sizes.information import Record
 import numpy as np
@@ -43,3 +44,12 @@ def test_rounding_and_limits_leave_a_record():
                    for name in ('quantisation', 'saturation'))
     assert step['step_m_s2'] == pytest.approx(rms.min())
     assert limit['limit_m_s2'] == pytest.approx(rms.max() / 10)
+
+
+def test_a_wrong_clock_stretches_the_scan_as_well():
+    """A channel later in the scan is later by the same share of a longer period."""
+    craft = draw_case(1944861944123609832, SCOPES['small']).nominal
+    offsets = np.array([s.offset for s in craft.sensors])
+    assert offsets.max() > 0.1
+    when = instants(Scenario(craft=craft, ppm=1e4), 50, np.random.default_rng(0))
+    assert when == pytest.approx(1.01 * (np.arange(50)[:, None] + offsets))
