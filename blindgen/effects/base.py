@@ -13,7 +13,7 @@ from typing import Callable
 from blindgen.physics.excitation import input_responses, input_rms
 from blindgen.physics.propagate import modes_of
 from blindgen.physics.scenario import Scenario
-from blindgen.physics.spectrum import transfer
+from blindgen.physics.spectrum import deflections, spectrum
 import numpy as np
 
 EFFECTS = {}
@@ -102,9 +102,17 @@ def motion_rms(craft, array, where):
     scenario = Scenario(craft=craft, hinge=((array, stiff),) if where == 'root' else (),
                         local=(('none', array, {'at': site, 'values': ()}),))
     f = np.linspace(0, 0.5, 6001)[1:] * craft.rate_hz
-    motion = transfer(scenario, f, sensed=True) * (input_responses(scenario, f)
-                                                   * input_rms(scenario))[:, None, :]
+    motion = deflections(scenario, f) * (input_responses(scenario, f)
+                                         * input_rms(scenario))[:, None, :]
     if where != 'root' and where[1]:
         motion = motion * (2j * np.pi * f)[:, None, None]
     rms = np.sqrt(np.mean(np.sum(np.abs(motion)**2, axis=(1, 2))))
     return float(rms * (stiff if where == 'root' else 1.0))
+
+
+@lru_cache(maxsize=64)
+def channel_rms(craft):
+    """Return the rms of each channel under the nominal loads and noise, (c,) [m/s^2]."""
+    f = np.linspace(0, 0.5, 6001)[1:] * craft.rate_hz
+    power = np.einsum('kii->ki', sum(spectrum(Scenario(craft=craft), f))).real
+    return np.sqrt(power.mean(axis=0))

@@ -2,7 +2,8 @@
 """The library's effects of sensors and timing, as this generator reads their definitions."""
 from dataclasses import replace
 
-from blindgen.effects.base import (a_channel, declare, log_uniform, nothing, scaled_channel, sign)
+from blindgen.effects.base import (a_channel, channel_rms, declare, log_uniform, nothing,
+                                   scaled_channel, sign)
 import numpy as np
 
 
@@ -52,12 +53,20 @@ def _(s, p):
                                           p['time_constant_s'])))
 
 
-@declare('quantisation', 'sensor', 1e-7, 10.0, nothing, lambda v, m: {'step_m_s2': m}, 'rounding')
+def _quietest(rng, craft, t):
+    """Return the rms of the quietest channel [m/s^2]: a step beyond it leaves no record."""
+    return {'rms': float(channel_rms(craft).min())}
+
+
+@declare('quantisation', 'sensor', 1e-6, 1.0, _quietest,
+         lambda v, m: {'step_m_s2': m * v['rms']}, 'rounding')
 def _(s, p):
     return replace(s, step=p['step_m_s2'])
 
 
-@declare('saturation', 'sensor', 1e-3, 1e4, nothing, lambda v, m: {'limit_m_s2': 1 / m}, 'limits')
+@declare('saturation', 'sensor', 0.1, 10.0,
+         lambda rng, craft, t: {'rms': float(channel_rms(craft).max())},
+         lambda v, m: {'limit_m_s2': v['rms'] / m}, 'limits')
 def _(s, p):
     return replace(s, limit=p['limit_m_s2'])
 

@@ -27,13 +27,14 @@ def instants(scenario, samples, rng):
     """
     Return when each channel's ADC samples, (samples, c), in nominal samples from the first one.
 
-    A clock that is off by ppm stretches the period; jitter moves whole scans; a delay reads the
-    past of one channel; an offset is a channel's own instant, which its stamps say.
+    A clock that is off by ppm stretches the period, and with it a channel's own instant in the
+    scan, which its stamps say by the same clock; jitter moves whole scans; a delay reads the past
+    of one channel.
     """
     craft = scenario.craft
-    k = np.arange(samples) * (1 + scenario.ppm * 1e-6)
-    k = k + scenario.jitter_s * craft.rate_hz * rng.standard_normal(samples)
-    when = k[:, None] + np.array([s.offset for s in craft.sensors])
+    k = np.arange(samples)[:, None] + np.array([s.offset for s in craft.sensors])
+    moved = scenario.jitter_s * craft.rate_hz * rng.standard_normal(samples)
+    when = k * (1 + scenario.ppm * 1e-6) + moved[:, None]
     for channel, delay in scenario.delays:
         when[:, channel] -= delay * craft.rate_hz
     return when

@@ -22,21 +22,35 @@ CHUNK = 8192
 KEPT, KEPT_BINS = 24, 4096     # transfers that are remembered, none of more bins: 0.1 GB
 
 
-def transfer(scenario, f, progress=0.5, sensed=False):
-    """
-    Return accelerations per held load G(f), (bins, c, inputs), at nominal frequencies f.
-
-    With `sensed` the deflections (bins, m, inputs) that the local forces of the scenario feel.
-    """
-    craft, forces = assemble(scenario, progress), len(scenario.local) if sensed else 0
+def transfer(scenario, f, progress=0.5):
+    """Return accelerations per held load G(f), (bins, c, inputs), at nominal frequencies f."""
+    craft = assemble(scenario, progress)
     matrices = tuple(getattr(craft, name.name) for name in fields(craft))
     args = (tuple(m.tobytes() for m in matrices), tuple(m.shape for m in matrices), f.tobytes(),
-            scenario.craft.rate_hz, scenario.ppm, forces, sensed)
+            scenario.craft.rate_hz, scenario.ppm)
     return (_transfer if len(f) <= KEPT_BINS else _transfer.__wrapped__)(*args)
 
 
+def response(scenario, f):
+    """Return what a record shows per held load, (bins, c, inputs), at the sensors' instants."""
+    return sensor_chain(scenario, f) @ transfer(scenario, f)
+
+
+def deflections(scenario, f):
+    """
+    Return what the local forces of a scenario feel per load, (bins, m, inputs).
+
+    In continuous time, solved at each frequency: the poles at rest of a free hub, which a
+    propagator over a step cannot tell apart, do no harm beside a hinge of any stiffness.
+    """
+    craft, s = assemble(scenario), 2j * np.pi * f[:, None, None]
+    dynamic = s**2 * craft.mass + s * craft.damping + craft.stiffness
+    return craft.directions[:, 1:].T @ np.linalg.solve(
+        dynamic, np.broadcast_to(craft.loads, (len(f), *craft.loads.shape)))
+
+
 @lru_cache(maxsize=KEPT)
-def _transfer(matrices, shapes, f, rate, ppm, forces, sensed):
+def _transfer(matrices, shapes, f, rate, ppm):
     """Return the transfer of matrices given as bytes: most effects leave them as they are."""
     craft = Craft(*(np.frombuffer(m).reshape(s).copy() for m, s in zip(matrices, shapes)))
     f = np.frombuffer(f)
@@ -44,9 +58,6 @@ def _transfer(matrices, shapes, f, rate, ppm, forces, sensed):
         craft.stiffness[k, k] += craft.mass[k, k] * (2 * np.pi * REST * rate)**2
     a, b, _, c, d, _ = state_matrices(craft)
     e, p0, p1 = propagators(a, 1 / rate)
-    if sensed:
-        c = np.hstack([craft.directions[:, 1:].T, np.zeros((forces, len(a) // 2))])
-        d = np.zeros((len(c), b.shape[1]))
     poles, modes = np.linalg.eig(e)
     z = np.exp(2j * np.pi * f / (1 + ppm * 1e-6) / rate)
     right = np.linalg.solve(modes, (p0 + p1) @ b)

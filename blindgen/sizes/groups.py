@@ -13,7 +13,7 @@ from dataclasses import replace
 from functools import lru_cache
 
 from blindgen.physics.record import simulate
-from blindgen.physics.spectrum import transfer
+from blindgen.physics.spectrum import response
 from blindgen.sizes import sparse
 import numpy as np
 from numpy.polynomial import hermite_e
@@ -138,7 +138,7 @@ def statistics(record, values):
     curves = np.array([[np.sum(dual[:, c] * hermite_e.hermeval(
         np.clip(values[:, c] / scale[c], -3, 3), np.eye(7)[d])) for d in DEGREES]
         for c in range(values.shape[1])])
-    g = transfer(record.scenario, record.grid[0])[near]
+    g = response(record.scenario, record.grid[0])[near]
     u = np.fft.irfft(np.einsum('kij,ki->kj', g.conj(), inverse), samples, axis=0)
     series = np.hstack([np.fft.irfft(white, samples, axis=0), u[:, :craft.inputs]])
     series = series / np.median(np.abs(series), axis=0) * 0.6745

@@ -16,7 +16,7 @@ from blindgen.cases.draw import WARMING
 from blindgen.effects import families, library, sensing  # noqa: F401  (they declare the effects)
 from blindgen.effects.base import EFFECTS
 from blindgen.physics.record import simulate
-from blindgen.physics.spectrum import transfer
+from blindgen.physics.spectrum import response
 from blindgen.sizes import groups, sparse
 from blindgen.sizes.information import flat
 from blindgen.sizes.unknowns import unknowns
@@ -138,7 +138,7 @@ def _rare(record, name, p):
     """Return the sizes of a waveform that is known but for its frequency or its instants."""
     scenario, (f, _) = record.scenario, record.grid
     samples = float(np.sum(record.grid[1]) * 2)
-    g = (record.root @ transfer(scenario, f)[:, :, :1])[:, :, 0]
+    g = (record.root @ response(scenario, f)[:, :, :1])[:, :, 0]
     quality = np.sum(np.abs(g)**2, axis=1)
     if name == 'impulsive_events':
         rate = scenario.craft.rate_hz
@@ -148,7 +148,7 @@ def _rare(record, name, p):
     if name == 'harmonic_disturbance':
         at = np.array([p['frequency_hz']])
         root = record.root[np.argmin(np.abs(f - at))]
-        q, cells = np.sum(np.abs(root @ transfer(scenario, at)[0, :, 0])**2), samples / 2
+        q, cells = np.sum(np.abs(root @ response(scenario, at)[0, :, 0])**2), samples / 2
     else:                                        # a sweep has a first and a last frequency
         low, high = sorted((p['start_hz'], p['end_hz']))
         inside = (f >= low) & (f <= high)
