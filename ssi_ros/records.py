@@ -1,5 +1,5 @@
 """The nouns that the stages pass on: frozen records with read-only arrays."""
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -28,6 +28,9 @@ class Samples:
         Names of the l channels.
     start_ns : int
         Stamp of the first row [ns].
+    as_sampled : ndarray, shape (n, l), [m/s^2], or None
+        The values before channels were moved to common instants; None if none was. Steps and
+        limits of a converter show in these alone.
 
     """
 
@@ -35,6 +38,7 @@ class Samples:
     rate_hz: float
     channels: tuple
     start_ns: int = 0
+    as_sampled: np.ndarray = None
 
     def __post_init__(self):
         values = read_only(self.values)
@@ -61,7 +65,14 @@ class Samples:
         first = max(0, int(np.ceil(start_s * self.rate_hz - 1e-9)))
         last = min(len(self.values), int(np.ceil(end_s * self.rate_hz - 1e-9)))
         return Samples(self.values[first:last], self.rate_hz, self.channels,
-                       self.start_ns + round(first * 1e9 / self.rate_hz))
+                       self.start_ns + round(first * 1e9 / self.rate_hz),
+                       None if self.as_sampled is None else self.as_sampled[first:last])
+
+    @property
+    def before_moves(self):
+        """Return the same record with the values as they were sampled."""
+        return self if self.as_sampled is None else replace(
+            self, values=self.as_sampled, as_sampled=None)
 
 
 @dataclass(frozen=True)

@@ -47,5 +47,7 @@ def match(spacecraft, samples):
                      f'{lost.longest_s:.4g} s at a time: the others hold more without it')
     chosen = tuple(kept[i] for i in best)
     return (with_channels(spacecraft, chosen),
-            Samples(values[:, best], spacecraft.rate_hz, chosen, samples.start_ns),
+            Samples(values[:, best], spacecraft.rate_hz, chosen, samples.start_ns,
+                    None if samples.as_sampled is None else samples.as_sampled[
+                        :, [names.index(n) for n in chosen]]),
             tuple(f'{out[n]}; it was left out: a partial answer' for n in wanted if n in out))

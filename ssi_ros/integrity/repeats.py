@@ -8,6 +8,7 @@ from ssi_ros.integrity.values import EQUAL, limit_of, step_of
 
 LONGER, COMMON = 5, 0.99        # times as long as so many runs of equal values are: stuck
 ROUNDED = 1.5           # times the equal neighbours that rounding makes by itself
+SURE = 4.0              # deviations by which they are more, counted as events by chance are
 FEW_VALUES = 8          # of which any repeats itself
 WELL_RESOLVED = 3.0     # steps of rounding in an rms, below which values repeat anyway
 
@@ -62,6 +63,8 @@ def _equal_neighbours(column):
         jumps = np.rint(jumps / (step or jumps.min()))
         one, two = np.count_nonzero(jumps == 1) / 2, np.count_nonzero(jumps == 2) / 2
         rounded = one * max(one / max(two, 1), 1) ** (1 / 3)
-        repeats = repeats - rounded if repeats > ROUNDED * rounded else 0
+        more = repeats - rounded
+        sure = more > SURE * np.sqrt(repeats + rounded)
+        repeats = more if sure and repeats > ROUNDED * rounded else 0
     share = repeats / max(repeats + len(at), 1)
     return found[stuck], float(share) * (share > LIMITS.repeated_share.value), every

@@ -55,13 +55,14 @@ def samples_of(recording, rate_hz=0.0, say=None):
     if len({r.segment for r in rows}) > 1:
         raise ValueError('the clock of the bag jumps; cut the bag there and give one end')
     found = _offsets(recording, rows, grid.offsets())
-    values, moved = together(np.concatenate([r.values for r in rows]), found, recording.names,
-                             rows[0].rate_hz)
+    sampled = np.concatenate([r.values for r in rows])
+    values, moved = together(sampled, found, recording.names, rows[0].rate_hz)
     if moved and say is not None:
         say(moved)
     first, last = (EDGE, -EDGE) if moved and len(values) > 4 * EDGE else (0, None)
     return Samples(values[first:last], rows[0].rate_hz, recording.names,
-                   rows[0].origin_ns + round(first * 1e9 / rows[0].rate_hz))
+                   rows[0].origin_ns + round(first * 1e9 / rows[0].rate_hz),
+                   sampled[first:last] if moved else None)
 
 
 def _offsets(recording, rows, placed):

@@ -53,6 +53,11 @@ class ModelUncertainty:
         """Return the same around a model whose errors are shifted."""
         return replace(self, offset=self.offset + self.moves(shift)) if np.any(shift) else self
 
+    def of(self, fitted):
+        """Return the errors (n,) of a Fit beside which these were fitted, else none."""
+        return fitted.errors if len(fitted.errors) == len(self.names) else np.zeros(
+            len(self.names))
+
     def taken_out(self, whitened):
         """Return a Whitened around the most probable heights of modes."""
         return self.heights.taken_out(whitened) if self.heights else whitened

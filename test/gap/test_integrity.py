@@ -150,6 +150,14 @@ def noisy(rng, count=60_000):
     return values[5:] - values[:-5]
 
 
+def test_few_equal_neighbours_by_rounding_are_no_fault():
+    """Forty pairs are equal by chance, and sixty in one record of ten."""
+    rng = np.random.default_rng(6)
+    for _ in range(100):
+        values = np.rint(50 * noisy(rng, 8000)) / 50
+        assert faults_of_samples(Samples(values, 100.0, ('a', 'b', 'c', 'd'))) == ()
+
+
 @pytest.mark.parametrize('step', [0.0, 0.1])
 def test_stuck_and_repeated_samples(step):
     """A channel that is stuck for a while, or repeats samples, rounded or not, is named."""

@@ -3,6 +3,8 @@ import numpy as np
 import pytest
 
 from ssi_ros.bag import Channel, Recording
+from ssi_ros.effects import effect_class
+from ssi_ros.gap.detectors.samples import detect_quantisation
 from ssi_ros.identify.offsets import EDGE, moved, offsets, SHORT
 from ssi_ros.report.samples import samples_of
 
@@ -33,6 +35,19 @@ def test_a_channel_is_moved_to_the_instants_of_the_first(offset_ms):
     np.testing.assert_allclose(samples.values[200:-200, 1], samples.values[200:-200, 0],
                                atol=2e-3 * 3)
     assert np.isfinite(samples.values).all() and len(samples.values) >= 6000 - 2 * EDGE - 1
+
+
+def test_steps_of_a_converter_show_in_what_was_sampled():
+    """They are gone from a channel that was moved, and its record keeps them."""
+    t, step = np.arange(6000) / RATE, 0.05
+    late = t + 3e-3
+    samples = samples_of(recorded(*((x, np.rint(wave(x) / step) * step) for x in (t, late))))
+    assert detect_quantisation(effect_class('quantisation'), samples) is None
+    found = detect_quantisation(effect_class('quantisation'), samples.before_moves)
+    assert found.parameters['step_m_s2'] == pytest.approx(step)
+    part = samples.between(1.0, 2.0)
+    assert part.as_sampled.shape == part.values.shape
+    np.testing.assert_array_equal(part.before_moves.values, part.as_sampled)
 
 
 @pytest.mark.parametrize('later', [(0.0, 0.54, 0.08), (0.0, 0.16, 0.57), (0.57, 0.0, 0.16),

@@ -101,7 +101,7 @@ def score(templates, fitted, evidence, uncertainty, here=None):
     beside[:count] -= level_prior(count) * np.log(fitted.levels)
     # heights are at their best already
     beside[count:] = uncertainty.errors(
-        beside[count:] - uncertainty.offset - fitted.errors)
+        beside[count:] - uncertainty.offset - uncertainty.of(fitted))
     raw -= here.mixed @ here.inner @ beside
     if here.modulation:
         # a model that is the same for all segments was compared with their mean alone

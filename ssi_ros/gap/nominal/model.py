@@ -102,7 +102,7 @@ class ModelNominal:
         spacecraft, samples, notes = match(self.spacecraft, samples)
         present = of_channels(self.present, samples.channels)
         faults = faults_of_samples(samples)
-        detections = detect_in_samples(samples, tuple(library()))
+        detections = detect_in_samples(samples.before_moves, tuple(library()))
         samples, clipped = without_clipped(samples, [d.basis for d in detections])
         try:
             frame = frame_of(samples, settings)
