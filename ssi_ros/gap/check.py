@@ -38,7 +38,7 @@ def match(spacecraft, samples):
         kept += [] if reason else [name]
         out.update({name: reason} if reason else {})
     if not kept:
-        raise ValueError('no channel can be compared: ' + '; '.join(out.values()))
+        raise TooLittleData('no channel can be compared: ' + '; '.join(out.values()))
     values = samples.values[:, [names.index(n) for n in kept]]
     best = best_channels(~np.isnan(values), spacecraft.rate_hz, longest)
     for name in set(kept) - {kept[i] for i in best}:

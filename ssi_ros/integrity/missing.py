@@ -210,5 +210,5 @@ def unusable(name, column, rate_hz, longest):
         raise ValueError(f'channel {name} shows {column[at]:g} m/s^2 at '
                          f'{at / rate_hz:g} s, {largest / middle:.1g} times its '
                          'median; that is no acceleration: take the sample out of the bag')
-    return f'channel {name} is dead: it shows {there[0]:g} all the time' if (
+    return f'channel {name} is dead: it shows {there[0] + 0.0:g} all the time' if (
         there.std() == 0.0) else ''

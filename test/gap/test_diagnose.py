@@ -115,15 +115,21 @@ def test_short_record_says_how_long_it_must_be(spacecraft):
     assert 's are needed' in found.reason
 
 
+def test_a_record_of_dead_channels_is_an_answer(spacecraft):
+    """There is nothing to compare, and each channel is named."""
+    good = record(spacecraft, duration_s=60.0)
+    found = diagnose(spacecraft, Samples(-0.0 * good.values, 100.0, good.channels))
+    assert found.outcome == 'TOO_LITTLE_DATA'
+    assert 'e2_a is dead: it shows 0 all' in found.reason and 'e1_b is dead' in found.reason
+
+
 def test_refusals(spacecraft):
-    """Wrong channels, wrong rate, dead channels, an unknown effect: each with its reason."""
+    """Wrong channels, wrong rate, an unknown effect: each with its reason."""
     good = record(spacecraft, duration_s=60.0)
     with pytest.raises(ValueError, match='none is in both'):
         diagnose(spacecraft, Samples(good.values, 100.0, tuple('abcd')))
     with pytest.raises(ValueError, match='sampled at 50 Hz'):
         diagnose(spacecraft, Samples(good.values, 50.0, good.channels))
-    with pytest.raises(ValueError, match='e2_a is dead'):
-        diagnose(spacecraft, Samples(0 * good.values, 100.0, good.channels))
     with pytest.raises(ValueError, match='did you mean sensor_gain'):
         diagnose(spacecraft, good, effects=['sensor_gian'])
 

@@ -5,6 +5,7 @@ from fractions import Fraction
 import numpy as np
 from scipy.signal import resample_poly
 
+from ssi_ros.gap.check import TooLittleData
 from ssi_ros.gap.nominal.thresholds import LIMITS
 from ssi_ros.gap.spectra.band_averages import FEW_ROWS, SEGMENT_ROWS, SEGMENT_S, spectra_of
 from ssi_ros.gap.spectra.thresholds import LIMITS as SPECTRA
@@ -53,7 +54,7 @@ def make_pair(reference, record):
             for c, why in _dead(values, both, where)}
     live = [i for i, c in enumerate(both) if c not in dead]
     if not live:
-        raise ValueError('no channel can be compared: ' + '; '.join(dead.values()))
+        raise TooLittleData('no channel can be compared: ' + '; '.join(dead.values()))
     best = [{live[i] for i in best_channels(~np.isnan(v[:, live]), s.rate_hz,
                                             SPECTRA.gap_s.value * s.rate_hz)}
             for s, v in ((reference, one), (record, two))]
