@@ -82,6 +82,7 @@ class Expectation:
     frame: Frame
     mean: np.ndarray        # (1, k, l, l)
     known: int = 0
+    parts: tuple = (0,)     # the same for all segments
 
     def against(self, model):
         """Return it as a model needs it."""

@@ -3,6 +3,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from scipy.stats import chi2
 
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.hermitian import inverse_root, real_vectors, white
@@ -70,6 +71,20 @@ class Side:
     def raised(self, model, evidence):
         """Return what a model expects of a record, with the most probable heights of its modes."""
         return self.heights.raised(model, evidence) if self.heights else model
+
+    def chance_of_errors(self, fitted, frame):
+        """
+        Return the p-value of the errors of a Fit, 1 beside a model that is not calibrated.
+
+        Of standard normal errors the most probable ones have as many squares as the record tells.
+        Errors that are improbable have taken up an effect, however well they explain the record.
+        """
+        if not self.prior or not self.simulator.spacecraft.calibration.covariance:
+            return 1.0
+        errors = self.uncertainty.errors(self.uncertainty.offset + self.uncertainty.of(fitted))
+        products = frame.segments / frame.inflation * self.errors.products
+        seen = np.sum(1 - 1 / (1 + np.linalg.eigvalsh(products)))
+        return float(chi2.sf(errors @ errors, seen))
 
     @cached_property
     def uncertainty(self):

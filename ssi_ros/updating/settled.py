@@ -6,9 +6,6 @@ damping that is half of what was thought, or a force on a mode that is 3 dB high
 changes a resonance by more than a direction says: then the model moves, within its prior, to the
 most probable errors of the record, alone or beside the effect that explains most.
 """
-import numpy as np
-from scipy.stats import chi2
-
 from ssi_ros.gap.inference.whittle import whiten
 from ssi_ros.gap.nominal.model_answer import refuted
 from ssi_ros.gap.selection.search import Search
@@ -82,11 +79,8 @@ def _moved(comparison, beside, candidate=None):
 
 def _is_usual(moved):
     """Return whether errors are as far as those of records without an effect would be."""
-    side = moved.here
-    frame = moved.record.spectra.frame
-    information = frame.segments / frame.inflation * side.errors.products
-    seen = np.sum(1 - 1 / (1 + np.linalg.eigvalsh(information)))
-    return chi2.sf(side.prior.offset @ side.prior.offset, seen) > UNUSUAL
+    side, null = moved.here, moved.null.state
+    return side.chance_of_errors(null.without_errors, moved.record.spectra.frame) > UNUSUAL
 
 
 def _left(comparison, best):

@@ -1,6 +1,7 @@
 """Models that are wrong: errors of single numbers, calibration, diagnosis with what is unknown."""
 from dataclasses import replace
 from functools import lru_cache
+from types import SimpleNamespace
 
 from craft import model, record, SECONDS, twin
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 from ssi_ros.effects import load_configuration, parse_effect, save_configuration
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.driver import diagnose
+from ssi_ros.gap.nominal.model import ModelNominal
 from ssi_ros.gap.nominal.simulator import Simulator
 from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.gap.spectra.segmentation import make_frame
@@ -203,3 +205,17 @@ def test_errors_take_back_what_an_effect_moves(text):
         for s in (simulator.setup(Candidate()),
                   simulator.but(spacecraft=moved).setup(effect), simulator.setup(effect)))
     assert np.abs(there / home - 1).max() < 0.05 * np.abs(before / home - 1).max()
+
+
+def test_errors_are_as_rare_as_they_are():
+    """At its own calibration a model has usual errors; three deviations of each are not."""
+    known = calibrated().spacecraft
+    comparison = ModelNominal(known).compare(
+        record(16), DiagnosisSettings(), ('sensor_gain',), lambda share: None)
+    frame, state = comparison.record.spectra.frame, comparison.null.state
+    assert comparison.here.chance_of_errors(state, frame) > 0.01
+    far = SimpleNamespace(errors=np.full(len(state.errors), 3.0))
+    assert comparison.here.chance_of_errors(far, frame) < 1e-6
+    alone = ModelNominal(model()).compare(
+        record(16), DiagnosisSettings(), ('sensor_gain',), lambda share: None)
+    assert alone.here.chance_of_errors(far, frame) == 1.0

@@ -13,7 +13,7 @@ from ssi_ros.open_set.families import FAMILIES, joined
 Z90 = 1.645             # standard deviations to both sides of a 90 % interval
 SCORE_SHARE = 0.5       # of the alarm budget,
 OPEN_SHARE = 0.22       # and of the open-set test; all other tests share the rest alike
-STATISTICS = 2          # the gap statistic, over all frequencies and in the worst stretch
+STATISTICS = 3          # the gap, over all frequencies and in the worst stretch, and errors
 
 
 def alike(scores, names, limit):

@@ -148,18 +148,20 @@ class ModelComparison(Comparison):
     def _residual(self, fit, simulated):
         test, gap = self.score_test(fit), self.goodness_of_fit(fit)
         found, odd, trials = self.detections(fit)
-        changes = score_changes(self.unmodelled, fit.state, self.record.spectra,
-                                self.side(fit).uncertainty)
+        spectra, side = self.record.spectra, self.side(fit)
+        changes = score_changes(self.unmodelled, fit.state, spectra, side.uncertainty)
+        errors = side.chance_of_errors(fit.state, spectra.frame)
         p_values = float(norm.sf(gap.deviations)), gap.local_p_value(spread=self.scatter.bands)
         every = odd + detect_change(replace(changes, z=changes.z / self.scatter.changes))
-        residual = answer.joined_tests(test, gap, p_values, found, every, trials)
+        residual = answer.joined_tests(test, gap, (*p_values, errors), found, every, trials)
         enough = residual.p_value >= LIMITS['second_effect_p'].value
         if not simulated or fit is self.null or enough:
             return residual
         floor = self.simulated_floor(fit, found, True)
         scores, p_values, found, odd = floor.against(test.state, changes, gap, found, odd)
         test = answer.score_test_of(scores, signed=bool(self.prior))
-        return replace(answer.joined_tests(test, gap, p_values, found, odd, trials), floor=floor)
+        return replace(answer.joined_tests(
+            test, gap, (*p_values, errors), found, odd, trials), floor=floor)
 
     def simulated_floor(self, fit, detections=(), odd=False):
         """Return what a fit leaves of records that it simulates."""
@@ -185,10 +187,9 @@ class ModelComparison(Comparison):
     def candidates(self, residual):
         """Return the starts that scores and detections speak for."""
         begin = [d.basis for d in residual.detections]
-        detected = {e.name for e in begin}
         both = self._scores(self.null.state.without_errors, self.here), residual.score_test.state
         begin += [e for e in starts.likely(both, self.settings.finalists)
-                  if e.name not in detected]
+                  if e.name not in [d.name for d in begin]]
         return tuple(Candidate((e,)) for e in begin)
 
     def all_candidates(self):
@@ -208,8 +209,7 @@ class ModelComparison(Comparison):
         return tuple(c for each in alike for c in self._starts(each)[:1])
 
     def _starts(self, effects):
-        return best_starts(self.simulator, self.record.spectra, effects, self.null.levels,
-                           self.here.uncertainty)
+        return best_starts(self.here, self.record.spectra, effects, self.null.levels)
 
     def distant(self, ranked):
         """Return sizes of the best effects far away, for a gap that no small one explains."""
