@@ -109,7 +109,9 @@ class ModelUncertainty:
 
     def corrected(self, model, most):
         """Return the model with errors (n,) in it."""
-        factor = np.linalg.cholesky(model) @ self._factors(self.errors(most), model.shape[-1])
+        # the factor that the record was whitened by: another may fail where this one does not
+        factor = np.linalg.inv(inverse_root(model)) @ self._factors(
+            self.errors(most), model.shape[-1])
         return factor @ factor.conj().swapaxes(-1, -2)
 
 
