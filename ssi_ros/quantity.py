@@ -93,6 +93,12 @@ def check_value(f, value):
                          f'[{f.metadata["unit"]}]: {f.metadata["doc"]}')
 
 
+def in_range(cls, values):
+    """Return whether numbers, by name, lie where the class `cls` declares them."""
+    return all(f.metadata['low'] <= values[f.name] <= f.metadata['high']
+               for f in quantities(cls) if f.name in values)
+
+
 def from_mapping(cls, mapping, where=''):
     """
     Build a record of class `cls` from plain data, such as a YAML file.

@@ -22,7 +22,7 @@ class CubicStiffness(Effect):
     gaussian = False
 
     array: str = quantity('E1', doc='array')
-    k3_n_m_rad3: float = quantity(0.0, unit='N m/rad^3', low=0.0, high=1e20,
+    k3_n_m_rad3: float = quantity(0.0, unit='N m/rad^3', low=0.0, high=1e30,
                                   doc='cubic stiffness k3')
     stiffness_n_m_rad: float = quantity(1e5, unit='N m/rad', low=10.0, high=1e9,
                                         doc='hinge stiffness k')

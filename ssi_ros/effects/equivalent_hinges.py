@@ -1,6 +1,7 @@
 """Nonlinear hinges that are, for the motion of a record, the same as a linear one."""
 from ssi_ros.effects.registry import effect_class
 from ssi_ros.effects.statistical_linearisation import angle_rms
+from ssi_ros.quantity import in_range
 
 
 def equivalent_hinges(effect, names, setup_of):
@@ -28,4 +29,5 @@ def equivalent_hinges(effect, names, setup_of):
                     **{laws[0].size: min(laws[0].starts[laws[0].size])})
     rms = angle_rms(setup_of(start))
     return [[law(array=effect.array, **values)
-             for values in law.like(effect.stiffness_n_m_rad, rms)] for law in laws]
+             for values in law.like(effect.stiffness_n_m_rad, rms) if in_range(law, values)]
+            for law in laws]

@@ -52,9 +52,10 @@ class Calibration:
 
     def __post_init__(self):
         object.__setattr__(self, 'values', tuple(map(float, self.values)))
+        # six digits, as a file has them: what is read back is what was calibrated
         object.__setattr__(self, 'covariance', tuple(
-            tuple(map(float, row.split() if isinstance(row, str) else row))
-            for row in self.covariance))
+            tuple(float(f'{float(v):.6g}') for v in (
+                row.split() if isinstance(row, str) else row)) for row in self.covariance))
         count = len(self.names)
         if len(self.values) != count:
             raise ValueError(f'calibration: {len(self.values)} values for {count} names')

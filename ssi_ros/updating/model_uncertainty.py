@@ -5,7 +5,9 @@ Gains of sensors, stiffness of arrays, single frequencies and the step of an int
 little between two correct models. Each is a direction in the expected spectrum with a Gaussian
 prior; all are fitted beside every candidate, so that a gap within them is no gap.
 """
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,6 +18,7 @@ from ssi_ros.gap.inference.whittle import whiten
 from ssi_ros.hermitian import hermitian, inverse_root, real_vectors, white
 from ssi_ros.model.errors import with_frequencies
 from ssi_ros.model.excitation import Coloured
+from ssi_ros.updating.merged_bins import merged_bins, MergedBins
 from ssi_ros.updating.probable_errors import ErrorLikelihood, factors, most_probable
 
 STEP = 1e-4             # relative change for a difference quotient
@@ -30,11 +33,12 @@ class ModelUncertainty:
     offset: np.ndarray = 0.0    # (n,), where the model stands already, from the prior's mean
     into: np.ndarray = None     # (n, m), from errors of the model's numbers to these directions
     heights: object = ()        # Heights of modes in this record: the last ones, if there are any
-    products: np.ndarray = None     # (n, n), of the vectors with each other
+    beside: dict = field(default_factory=dict)  # what a record of a weight tells of the errors
 
-    def __post_init__(self):
-        if self.products is None:
-            object.__setattr__(self, 'products', self.vectors @ self.vectors.T)
+    @cached_property
+    def products(self):
+        """Return the products of the vectors with each other, (n, n)."""
+        return self.vectors @ self.vectors.T
 
     def and_of(self, other):
         """Return the directions of both, those of `other` with errors of the model's numbers."""
@@ -73,12 +77,23 @@ class ModelUncertainty:
 
         Heights have to be `taken_out` of the record. `start` are errors near by, (n,).
         """
-        many = whitened.weight * len(whitened.excess)
-        information = many * self.products + np.eye(len(self.names))
+        if not self.names:
+            return 0.0, np.zeros(0), np.zeros((0, 0))
+        known = self._known(whitened.weight * len(whitened.excess), whitened.lower.shape[-1])
         # heights are at their best already
-        gain, most = most_probable(ErrorLikelihood(self, whitened), information,
-                                   self.errors(np.ones(len(self.names))) > 0.0, start)
-        return gain, most, np.linalg.inv(information)
+        gain, most = most_probable(
+            ErrorLikelihood(known.merged, self.offset, whitened), known.information,
+            self.errors(np.ones(len(self.names))) > 0.0, start)
+        return gain, most, known.covariance
+
+    def _known(self, weight, count):
+        """Return what a record of so many periodograms of channels tells, a _Known."""
+        if weight not in self.beside:
+            told, bins = weight * self.products, self.vectors.shape[1] // count ** 2
+            information = told + np.eye(len(told))
+            self.beside[weight] = _Known(information, np.linalg.inv(information),
+                                         merged_bins(self.vectors, bins, weight, told))
+        return self.beside[weight]
 
     def seen(self, whitened, most):
         """
@@ -113,6 +128,14 @@ class ModelUncertainty:
         factor = np.linalg.inv(inverse_root(model)) @ self._factors(
             self.errors(most), model.shape[-1])
         return factor @ factor.conj().swapaxes(-1, -2)
+
+
+class _Known(NamedTuple):
+    """What a record tells of errors: information with the prior's, its inverse, bins for them."""
+
+    information: np.ndarray     # (n, n)
+    covariance: np.ndarray      # (n, n)
+    merged: MergedBins
 
 
 def no_uncertainty(frame, channels):

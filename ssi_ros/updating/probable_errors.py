@@ -26,19 +26,22 @@ class ErrorLikelihood:
 
     Parameters
     ----------
-    uncertainty : ModelUncertainty
-        Directions and the prior.
+    merged : MergedBins
+        Directions of the errors, and the bins that count as one.
+    offset : ndarray, shape (n,)
+        Where the model stands, from the mean of the prior.
     whitened : Whitened
         The record by the model without errors, heights taken out.
 
     """
 
-    def __init__(self, uncertainty, whitened):
+    def __init__(self, merged, offset, whitened):
         count = whitened.lower.shape[-1]
-        self.vectors, self.offset = uncertainty.vectors, uncertainty.offset
-        self.weight, self.many = whitened.weight, len(whitened.excess)
-        self.record = hermitian(whitened.excess.sum(axis=0).reshape(-1, count, count))
-        self.record += self.many * np.eye(count)
+        self.vectors, self.offset, self.weight = merged.vectors, offset, whitened.weight
+        self.many = len(whitened.excess) * merged.counts.astype(float)
+        record = merged.sums(whitened.excess.sum(axis=0).reshape(-1, count * count))
+        self.record = hermitian(record.reshape(-1, count, count))
+        self.record += self.many[:, None, None] * np.eye(count)
 
     def change(self, errors):
         """Return V as real sums, (k, l, l)."""
@@ -139,7 +142,7 @@ def _seen(change, record, many, root, white, slopes):
             diagonal = 1.0 + change[k, j, j] / 2
             if not diagonal > LEAST:
                 return -np.inf
-            value += record[k, j, j].real - 2 * many * np.log(diagonal)
+            value += record[k, j, j].real - 2 * many[k] * np.log(diagonal)
             root[k, j, j] = 1.0 / diagonal
             for i in range(j + 1, count):
                 total = 0.0 + 0.0j
@@ -163,7 +166,7 @@ def _seen(change, record, many, root, white, slopes):
         # 2 Re tr(K (X - many) Q): only the upper triangle of the product meets K
         for i in range(count):
             for j in range(i, count):
-                total = -many * root[k, i, j]
+                total = -many[k] * root[k, i, j]
                 for m in range(j, count):
                     total += white[k, i, m] * root[k, m, j]
                 if i == j:
@@ -188,7 +191,7 @@ def _bent(change, root, white, many):
                                                    change[k, m, j] - change[k, j, m]) / 2
                 left[i, j] = one
         for i in range(count):
-            total -= 2 * many * (left[i, i] * left[i, i]).real
+            total -= 2 * many[k] * (left[i, i] * left[i, i]).real
             for j in range(count):
                 seen = 0.0 + 0.0j                   # (q X)_ij
                 for m in range(i + 1):

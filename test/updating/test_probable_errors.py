@@ -4,6 +4,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from ssi_ros.hermitian import hermitian, real_vectors
+from ssi_ros.updating.merged_bins import MergedBins
 from ssi_ros.updating.model_uncertainty import ModelUncertainty
 from ssi_ros.updating.probable_errors import ErrorLikelihood, factors, most_probable
 
@@ -26,6 +27,11 @@ def case():
     return free, white, spectra
 
 
+def every_bin(free):
+    """Return the MergedBins in which none is merged."""
+    return MergedBins(free.vectors, np.arange(BINS), np.ones(BINS))
+
+
 def likelihood(free, spectra, errors, change=0.0):
     """Return the log likelihood of errors over that of none, of a model L (1 + change) L^H."""
     moved = np.linalg.cholesky(np.eye(CHANNELS) + change + np.zeros(spectra.shape[1:]))
@@ -41,7 +47,7 @@ def test_slopes_and_curvature_are_derivatives(case):
     """By the errors, and along a step, at errors that change the spectrum much."""
     free, white, spectra = case
     errors = np.array([0.8, -0.5, 0.3, 0.6])
-    sought = ErrorLikelihood(free, white)
+    sought = ErrorLikelihood(every_bin(free), free.offset, white)
     here = sought.at(errors)
     assert here.value == pytest.approx(likelihood(free, spectra, errors), rel=1e-10)
     step = np.array([0.4, 0.1, -0.9, 0.2])
@@ -80,5 +86,6 @@ def test_errors_that_are_not_free_stay(case):
     """Heights of modes are no errors of the model."""
     free, white, _ = case
     allowed = np.array([True, False, True, True])
-    _, errors = most_probable(ErrorLikelihood(free, white), np.eye(ERRORS) * 40.0, allowed)
+    _, errors = most_probable(ErrorLikelihood(every_bin(free), free.offset, white),
+                              np.eye(ERRORS) * 40.0, allowed)
     assert errors[1] == 0.0 and np.all(errors[allowed] != 0.0)

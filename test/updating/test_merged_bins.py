@@ -1,0 +1,64 @@
+"""Bins in which errors of a model do alike: what is lost, and that the likelihood is the same."""
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from ssi_ros.hermitian import real_vectors
+from ssi_ros.updating.merged_bins import LOST, merged_bins, MergedBins
+from ssi_ros.updating.probable_errors import ErrorLikelihood, most_probable
+
+BINS, CHANNELS, WEIGHT = 600, 2, 8.0
+PEAKS = 90.0, 300.0, 305.0, 480.0
+
+
+@pytest.fixture(scope='module')
+def directions():
+    """Return changes by a level and by frequencies of four resonances, (5, k l l)."""
+    rng = np.random.default_rng(3)
+    bins = np.arange(BINS)
+    rows = [np.outer(np.ones(BINS), [0.3, 0.0, 0.0, 0.3])]
+    for peak in PEAKS:
+        line = 3.0 * (bins - peak) / (3.0 ** 2 + (bins - peak) ** 2)
+        rows.append(np.outer(line, rng.standard_normal(CHANNELS ** 2)))
+    return np.array([r.ravel() for r in rows])
+
+
+def test_what_is_lost_stays_below_its_limit(directions):
+    """In deviations of the errors beside the record, over all errors; most bins are merged."""
+    information = WEIGHT * directions @ directions.T
+    found = merged_bins(directions, BINS, WEIGHT, information)
+    assert found.counts.sum() == BINS and len(found.starts) < BINS / 3
+    means = found.vectors.reshape(len(directions), len(found.starts), -1)
+    lost = information - WEIGHT * np.einsum('igm,jgm,g->ij', means, means, found.counts)
+    covariance = np.linalg.inv(information + np.eye(len(information)))
+    assert 0.0 < np.trace(covariance @ lost) < LOST
+
+
+def test_errors_in_other_directions_have_the_same_bins(directions):
+    """Directions of one space are a choice, down to their signs."""
+    turn = np.linalg.qr(np.random.default_rng(4).standard_normal((5, 5)))[0]
+    one, other = (merged_bins(d, BINS, WEIGHT, WEIGHT * d @ d.T)
+                  for d in (directions, turn @ directions))
+    assert np.array_equal(one.starts, other.starts)
+
+
+def test_the_most_probable_errors_are_those_of_all_bins(directions):
+    """To a fraction of their deviations, and so is their likelihood."""
+    rng = np.random.default_rng(5)
+    shape = BINS, CHANNELS, round(2 * WEIGHT)
+    noise = rng.standard_normal(shape) + 1j * rng.standard_normal(shape)
+    record = noise @ noise.conj().swapaxes(-1, -2) / (4 * WEIGHT)
+    record += np.einsum('n,nkm->km', [0.5, 0.3, 0.0, -0.4, 0.2],
+                        directions.reshape(5, BINS, -1)).reshape(record.shape) * np.eye(CHANNELS)
+    excess = real_vectors(record - np.eye(CHANNELS)).reshape(1, -1)
+    white = SimpleNamespace(lower=np.zeros((1, BINS, CHANNELS, CHANNELS)), excess=excess,
+                            weight=WEIGHT)
+    told = WEIGHT * directions @ directions.T
+    every = MergedBins(directions, np.arange(BINS), np.ones(BINS))
+    (gain, errors), (merged_gain, merged_errors) = (
+        most_probable(ErrorLikelihood(b, np.zeros(5), white), told + np.eye(5), np.ones(5, bool))
+        for b in (every, merged_bins(directions, BINS, WEIGHT, told)))
+    apart = merged_errors - errors
+    # the loss is that of a tenth of a deviation squared, noise and the ends of two climbs beside
+    assert apart @ (told + np.eye(5)) @ apart < 2 * LOST
+    assert gain > 5.0 and merged_gain == pytest.approx(gain, rel=0.01)
