@@ -16,6 +16,7 @@ class ArrayAsymmetry(Effect):
     reference = 'Leissa, J. Sound Vib. 31(3) 1973: Omega^2 is proportional to D'
     starts = {'scale': (0.998, 1.002)}
     patterns = (ModalPattern.MODE_FREQUENCIES,)
+    needs = 'geometry', 'arrays'
 
     array: str = quantity('E1', doc='array')
     scale: float = quantity(1.0, low=0.3, high=3.0, doc='D of this array over its nominal value')

@@ -153,8 +153,9 @@ class Effect:
     may_vary : str
         What it scales that may vary with time, for messages; empty for nothing.
     needs : tuple of str, optional
-        What a model must offer: 'geometry' (arrays, places on them, a hub), 'modes', 'points' that
-        springs can join. None: geometry, if it names an array or changes a spacecraft.
+        What a model must offer: 'geometry' (arrays, places on them, a hub), 'arrays' (two of
+        them), 'modes', 'points' that springs can join. None: geometry, if it names an array or
+        changes a spacecraft.
 
     """
 

@@ -8,14 +8,16 @@ from ssi_ros.effects.library import effect_class, library
 GROUND = 'ground'       # what does not move
 MOST_PAIRS = 60         # of points that are joined: the most strongly joined ones
 JOINED = 1e-6           # of the geometric mean of two diagonal entries: less joins nothing
-OFFERED = ('geometry',)     # by a spacecraft
-WORDS = {'geometry': 'arrays, places on them or a hub', 'modes': 'a model of matrices',
-         'points': 'points that springs can join'}
+OFFERED = ('geometry', 'arrays')     # by a spacecraft
+WORDS = {'geometry': 'arrays, places on them or a hub', 'arrays': 'two arrays',
+         'modes': 'a model of matrices', 'points': 'points that springs can join'}
 
 
 def offered(model):
     """Return what a model offers to effects; a Spacecraft has a geometry, None is a recording."""
-    return getattr(model, 'offers', OFFERED)
+    there = getattr(model, 'offers', OFFERED)
+    # of one array there is no other that it could differ from
+    return OFFERED[:1] if there is OFFERED and model and len(model.arrays) < 2 else there
 
 
 def applicable(model, names=None):

@@ -5,7 +5,7 @@ A wrong unit, swapped channels, reversed polarity, skew of the scan. The level o
 free, so that only relations of channels count: the profile likelihood of the mean W of n spectra
 of l channels is -n l log tr(S^-1 W). What the samples show without spectra is in `repeats`.
 """
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations, permutations, product
 from math import factorial
 
@@ -176,6 +176,12 @@ def _skew(spectra):
             or joint - gain > LIMITS.uneven.value * joint + LIMITS.tied.value):
         return None
     step_s = float(ramps[best] @ pull / sizes[best])
+    of_fit = replace(spectra, expected=spectra.fitted)
+    turn = np.exp(2j * np.pi * step_s * np.outer(spectra.frequencies_hz, ramps[best]))
+    before, after = (_distance(of_fit, w) for w in (
+        spectra.recorded, turn[:, :, None] * spectra.recorded * turn[:, None, :].conj()))
+    if after > max(LIMITS.unexplained.value * before, LIMITS.other_levels.value):
+        return None                 # a large change, whose phases are near a slope
     order = ', '.join(names[i] for i in orders[best][::1 if step_s > 0 else -1])
     # every order is there in both directions
     word = 'in the order' if tied[0] or tied.sum() <= 3 else 'perhaps in the order'

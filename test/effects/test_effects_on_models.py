@@ -1,4 +1,5 @@
 """What holds for every effect that a model of matrices, modes or a state space can have."""
+from dataclasses import replace
 from pathlib import Path
 import runpy
 
@@ -8,6 +9,7 @@ from scipy.linalg import eigh
 
 from ssi_ros.effects import (
     applicable, effect_class, inject, left_out, parse_effect, places, simulate_setup)
+from ssi_ros.effects.equivalent_hinges import equivalent_hinges
 from ssi_ros.effects.points import amplitude_between
 from ssi_ros.effects.statistical_linearisation import linearise
 from ssi_ros.model import assemble, load_spacecraft, natural_modes, simulate, state_space_model
@@ -51,6 +53,26 @@ def test_null_is_identity_and_the_effect_is_not(form, name):
     assert np.all(np.nanstd(other.values, axis=0) < 10 * nominal.std(axis=0))
     assert np.isnan(other.values).any() == (name == 'dropped_samples')
     assert parse_effect(effect.text()).text() == effect.text()
+
+
+def test_one_array_has_no_asymmetry():
+    """It would be another stiffness of all arrays, and tied with that for ever."""
+    craft = load_spacecraft()
+    one = replace(craft, arrays=craft.arrays[:1], sensors=tuple(
+        s for s in craft.sensors if s.array == craft.arrays[0].name))
+    assert set(applicable(craft)) - set(applicable(one)) == {'array_asymmetry'}
+
+
+def test_laws_of_hinges_stay_in_their_range():
+    """A law whose equivalent is a linear hinge, but whose own stiffness cannot be, is no law."""
+    craft = load_spacecraft()
+
+    def laws(stiffness):
+        linear = effect_class('hinge_compliance')(array='E1', stiffness_n_m_rad=stiffness)
+        return equivalent_hinges(linear, applicable(craft), lambda e: inject(craft, [e], SECONDS))
+    assert all(laws(1e6))
+    stiff = [e for law in laws(8e8) for e in law]
+    assert stiff and {e.name for e in stiff} == {'hinge_friction', 'cubic_stiffness'}
 
 
 def test_a_spacecraft_keeps_its_effects():

@@ -81,6 +81,20 @@ def test_faults_of_random_structures_at_other_levels(count):
             assert all(set(named) <= set(d.sizes) for d in found)
 
 
+def test_a_slope_beside_a_large_change_is_no_scan_skew():
+    """Where later channels explain little of a gap, their phases belong to what makes it."""
+    rng, count = np.random.default_rng(7), 4
+    f, driven, noise = random_structure(rng, count)
+    true = driven.sum(axis=0) + noise
+    turn = np.exp(-2j * np.pi * f[:, None] * 1e-3 * np.arange(count))
+    low_pass = 1 / np.sqrt(1 + (f[:, None] / np.array([1.0, 3.0, 9.0, 27.0])) ** 2)
+    for change, kinds in (turn, ['scan skew']), (turn * low_pass, []):
+        change = change[:, :, None] * np.eye(count)
+        recorded = change @ averaged(rng, true, 10) @ change.conj().swapaxes(-1, -2)
+        found = faults_of_spectra(CrossSpectra(tuple('abcd'), f, true, true, recorded, 10.0))
+        assert [d.kind for d in found] == kinds
+
+
 def cross_spectra(samples, simulator):
     """Return what a comparison with a model gives of a record."""
     evidence, frame = evidence_of(simulator, samples), simulator.frame
