@@ -29,8 +29,10 @@ class Samples:
     start_ns : int
         Stamp of the first row [ns].
     as_sampled : ndarray, shape (n, l), [m/s^2], or None
-        The values before channels were moved to common instants; None if none was. Steps and
-        limits of a converter show in these alone.
+        The values before channels were moved to the instants of the rows; None if none was.
+        Steps and limits of a converter show in these alone.
+    late : tuple of float, [samples]
+        By how much later than its row each channel was sampled; empty if all were at once.
 
     """
 
@@ -39,6 +41,7 @@ class Samples:
     channels: tuple
     start_ns: int = 0
     as_sampled: np.ndarray = None
+    late: tuple = ()
 
     def __post_init__(self):
         values = read_only(self.values)
@@ -66,13 +69,19 @@ class Samples:
         last = min(len(self.values), int(np.ceil(end_s * self.rate_hz - 1e-9)))
         return Samples(self.values[first:last], self.rate_hz, self.channels,
                        self.start_ns + round(first * 1e9 / self.rate_hz),
-                       None if self.as_sampled is None else self.as_sampled[first:last])
+                       None if self.as_sampled is None else self.as_sampled[first:last],
+                       self.late)
 
     @property
     def before_moves(self):
         """Return the same record with the values as they were sampled."""
         return self if self.as_sampled is None else replace(
             self, values=self.as_sampled, as_sampled=None)
+
+    @property
+    def staggered(self):
+        """Return by how many samples the values of each channel are late; () if they are not."""
+        return self.late if self.as_sampled is None else ()
 
 
 @dataclass(frozen=True)

@@ -127,7 +127,7 @@ def _diagnosis(job, bag):
                         settings, **options)
     from ssi_ros.cli._inputs import read_inputs
     from ssi_ros.gap.nominal.model import ModelNominal
-    samples = read_samples(bag, nominal.rate_hz, None, job.scale)
+    samples = read_samples(bag, nominal.rate_hz, None, job.scale, staggered=not job.inputs)
     inputs = read_inputs(bag, job.inputs, nominal, samples)
     return diagnose(ModelNominal(nominal, present, inputs), samples, settings, **options)
 

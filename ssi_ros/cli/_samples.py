@@ -1,11 +1,12 @@
 """The samples that a diagnosis is made of, out of a bag."""
 
 
-def read_samples(path, rate_hz, channels=None, scale=1.0):
+def read_samples(path, rate_hz, channels=None, scale=1.0, *, staggered=False):
     """
     Read the accelerometers of a bag, or other channels, onto one even grid; missing is NaN.
 
-    A rate of 0 is estimated from the stamps; `scale` is the factor to m/s^2.
+    A rate of 0 is estimated from the stamps; `scale` is the factor to m/s^2. Channels that are
+    sampled one beside the other are moved to common instants, or stay as they are if `staggered`.
 
     Raises
     ------
@@ -29,7 +30,7 @@ def read_samples(path, rate_hz, channels=None, scale=1.0):
         recording = read_channels(bag, channels)
         check_publishers(bag, recording)
         samples = samples_of(scaled(recording, scale), rate_hz,
-                             lambda text: warn([text]))
+                             lambda text: warn([text]), staggered=staggered)
     except ValueError as error:
         raise ValueError(named(path, error)) from error
     # a name out of a file must not end a line of what is printed of it

@@ -71,7 +71,8 @@ def run(args):
     if twice:
         raise ValueError(f'{twice[0]} is given twice; each recording counts once')
     channels = channels_of(spacecraft, args.channel)
-    recordings = [read_samples(b, spacecraft.rate_hz, channels, args.scale) for b in args.bags]
+    recordings = [read_samples(b, spacecraft.rate_hz, channels, args.scale,
+                               staggered=not args.input) for b in args.bags]
     inputs = inputs_of_each(args.bags, args.input, spacecraft, recordings)
     with Progress('calibrating') as progress:
         found = calibrate(spacecraft, recordings, settings, names=[b.name for b in args.bags],

@@ -102,7 +102,8 @@ def _inputs(args):
         channels = channels_of(spacecraft, args.channel)
         if args.reference is not None:
             spacecraft = _calibrated(spacecraft, present, channels, args)
-        samples = read_samples(args.bag, spacecraft.rate_hz, channels, args.scale)
+        samples = read_samples(args.bag, spacecraft.rate_hz, channels, args.scale,
+                               staggered=not args.input)
         inputs = read_inputs(args.bag, args.input, spacecraft, samples)
         return ModelNominal(spacecraft, present, inputs), samples
     if args.input:
@@ -124,7 +125,8 @@ def _calibrated(spacecraft, present, channels, args):
     from ssi_ros.gap.settings import load_settings
     from ssi_ros.updating.calibrate import calibrate
 
-    healthy = read_samples(args.reference, spacecraft.rate_hz, channels, args.scale)
+    healthy = read_samples(args.reference, spacecraft.rate_hz, channels, args.scale,
+                           staggered=not args.input)
     inputs = inputs_of_each([args.reference], args.input, spacecraft, [healthy])
     with Progress('calibrating') as progress:
         found = calibrate(spacecraft, [healthy], load_settings(args.settings),

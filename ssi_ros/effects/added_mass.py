@@ -17,20 +17,13 @@ class AddedMass(Effect):
     # between nodes and bellies of the modes; every valley of the likelihood has one, eq. (104)
     starts = {'mass_kg': (0.01,), 'along_m': (
         0.8, 1.4, 2.0, 2.7, 3.3, 4.0, 4.6, 5.3, 6.0, 6.6, 7.2, 7.7), 'lateral_m': (-0.6, 0.0, 0.6)}
+    follows = {'mass_kg': 'mass', 'along_m': 'length', 'lateral_m': 'width'}
     patterns = (ModalPattern.MODE_FREQUENCIES,)
 
     array: str = quantity('E1', doc='array')
     mass_kg: float = quantity(0.0, unit='kg', low=0.0, high=1e3, doc='mass')
     along_m: float = quantity(7.0, unit='m', low=0.0, high=1e3, doc='distance from the root')
     lateral_m: float = quantity(0.0, unit='m', low=-1e3, high=1e3, doc='position along x_b')
-
-    @classmethod
-    def starts_on(cls, spacecraft, place):
-        """Return the starts of a plate of 8 m x 2 m, stretched to that of the array."""
-        plate = next(a.plate for a in spacecraft.arrays if a.name == place['array'])
-        stretch = {'mass_kg': 1.0, 'along_m': plate.length_m / 8.0,
-                   'lateral_m': plate.width_m / 2.0}
-        return {k: tuple(stretch[k] * v for v in values) for k, values in cls.starts.items()}
 
     def apply(self, setup):
         """Return the setup with the mass on the array."""

@@ -21,6 +21,7 @@ class AttitudeController(Effect):
     reference = 'Wie, Space Vehicle Dynamics and Control, 2008, chapter 7'
     starts = {'bandwidth_hz': (0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.8),
               'damping_ratio': (0.2, 0.7)}
+    follows = {'bandwidth_hz': 'modes'}
     needs = ('geometry',)
     patterns = (ModalPattern.MODE_DAMPINGS, ModalPattern.NEW_MODE)
 

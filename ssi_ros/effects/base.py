@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 
+from ssi_ros.effects.scales import scales_of
 from ssi_ros.model.spacecraft import Spacecraft
 from ssi_ros.model.system import System
 from ssi_ros.quantity import check, quantities
@@ -83,6 +84,8 @@ class Setup:
         Power of each excitation over nominal, at which nonlinear hinges are linearised.
     lags : tuple of (ndarray, ndarray)
         Rows (m,) of inputs that reach the channels by columns (l,) a sample late, not at once.
+    late : tuple of float
+        By how many samples later than its row each channel is read; empty for none.
     near : tuple of ndarray, optional
         Where the linear equivalents of the laws of a setup near by stand, for a search to begin.
 
@@ -99,6 +102,7 @@ class Setup:
     corners_hz: tuple = ()
     powers: dict = field(default_factory=dict)
     lags: tuple = ()
+    late: tuple = ()
     near: tuple = None
 
     def reading(self, frequencies_hz):
@@ -110,6 +114,11 @@ class Setup:
             w = 2 * math.pi * corner_hz
             response[:, channel] /= 1 + math.sqrt(2) * s / w + (s / w) ** 2
         return response
+
+
+def lateness(late, cycles):
+    """Return the phases (k, l) of channels that are read late [samples], at cycles a sample."""
+    return np.exp(2j * np.pi * np.asarray(cycles)[:, None] * np.array(late))
 
 
 class Effect:
@@ -128,6 +137,8 @@ class Effect:
         Where the physics is written.
     starts : dict of str to tuple of float
         Values from which a fit begins, and which score the effect.
+    follows : dict of str to str
+        By which of `ssi_ros.effects.scales` the starts of a quantity go with a spacecraft.
     together : tuple of str
         Other quantities that are null and grow with the size, as the second coordinate of a shift.
     spectral : bool
@@ -164,6 +175,7 @@ class Effect:
     size = ''
     reference = ''
     starts = {}
+    follows = {}
     together = ()
     spectral = True
     nonlinear = False
@@ -213,9 +225,11 @@ class Effect:
 
     @classmethod
     def starts_on(cls, spacecraft, place):
-        """Return `starts` for a model at a place; in units that follow its rate and noise."""
+        """Return `starts` for a model at a place, as large as quantities are on it."""
         if not hasattr(spacecraft, 'usual'):
-            return cls.starts
+            scales = scales_of(spacecraft, place)
+            return {k: tuple(scales[cls.follows[k]] * v for v in values) if k in cls.follows
+                    else values for k, values in cls.starts.items()}
         units = {f.name: f.metadata['unit'] for f in cls.numbers()}
         return {k: tuple(spacecraft.usual(units[k], place) * v for v in values)
                 for k, values in cls.starts.items()}

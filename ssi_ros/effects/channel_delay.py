@@ -15,6 +15,7 @@ class ChannelDelay(Effect):
     size = 'delay_s'
     reference = 'shift theorem, on the band below half of the rate'
     starts = {'delay_s': (2e-4,)}
+    follows = {'delay_s': 'sample'}
     patterns = (ModalPattern.CHANNEL_FILTER,)
 
     channel: str = quantity('e1_a', doc='channel')

@@ -16,6 +16,7 @@ class CubicStiffness(Effect):
     size = 'k3_n_m_rad3'
     reference = 'docs/theory.md, eq. (38)'
     starts = {'k3_n_m_rad3': (1e14,), 'stiffness_n_m_rad': (1e5, 1e4)}
+    follows = {'k3_n_m_rad3': 'cubic', 'stiffness_n_m_rad': 'hinge'}
     nonlinear = True
     hinge = True
     patterns = (ModalPattern.HARDENING, ModalPattern.MODE_FREQUENCIES)

@@ -15,6 +15,7 @@ class ExcitationColour(Effect):
     size = 'corner_hz'
     reference = 'paper, section 4.2 (shaping filter)'
     starts = {'corner_hz': (300.0, 60.0, 12.0)}
+    follows = {'corner_hz': 'rate'}
     power = -2.0
     patterns = (ModalPattern.COMMON_FILTER,)
 

@@ -23,6 +23,7 @@ class FuelSlosh(Effect):
     # a template responds to a narrow resonance at most its own width away
     starts = {'mass_kg': (3.0,), 'frequency_hz': tuple(0.12 * 1.07 ** k for k in range(67)),
               'damping_ratio': (0.02,), 'arm_m': (1.0,)}
+    follows = {'mass_kg': 'inertia', 'frequency_hz': 'modes'}
     needs = ('geometry',)
     patterns = (ModalPattern.MODE_FREQUENCIES, ModalPattern.MODE_DAMPINGS, ModalPattern.NEW_MODE)
 

@@ -14,6 +14,7 @@ class GyroscopicCoupling(Effect):
     size = 'momentum_n_m_s'
     reference = 'paper, eq. (3a), with stored momentum; docs/theory.md, section 3'
     starts = {'momentum_n_m_s': (-15.0, 15.0)}
+    follows = {'momentum_n_m_s': 'momentum'}
     patterns = (ModalPattern.NEW_MODE, ModalPattern.MODE_FREQUENCIES)
 
     momentum_n_m_s: float = quantity(0.0, unit='N m s', low=-1e5, high=1e5, doc='along z_b')

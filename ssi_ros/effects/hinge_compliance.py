@@ -13,6 +13,7 @@ class HingeCompliance(Effect):
     size = 'stiffness_n_m_rad'
     reference = 'docs/theory.md, section 2 (plate with a hinged root)'
     starts = {'stiffness_n_m_rad': (3e6, 3e5, 3e4)}
+    follows = {'stiffness_n_m_rad': 'hinge'}
     power = -1.0
     hinge = True
     patterns = (ModalPattern.MODE_FREQUENCIES,)

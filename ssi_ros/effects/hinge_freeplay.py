@@ -18,6 +18,7 @@ class HingeFreeplay(Effect):
     size = 'gap_rad'
     reference = 'docs/theory.md, eq. (38)'
     starts = {'gap_rad': (3e-7,), 'stiffness_n_m_rad': (1e6, 1e5)}
+    follows = {'gap_rad': 'angle', 'stiffness_n_m_rad': 'hinge'}
     nonlinear = True
     hinge = True
     patterns = (ModalPattern.MODE_FREQUENCIES, ModalPattern.HARDENING, ModalPattern.SOFTENING,

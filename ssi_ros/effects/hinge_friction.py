@@ -16,6 +16,7 @@ class HingeFriction(Effect):
     size = 'torque_n_m'
     reference = 'docs/theory.md, eq. (38)'
     starts = {'torque_n_m': (0.01,), 'stiffness_n_m_rad': (1e6, 1e5)}
+    follows = {'torque_n_m': 'moment', 'stiffness_n_m_rad': 'hinge'}
     nonlinear = True
     hinge = True
     patterns = (ModalPattern.SOFTENING, ModalPattern.MODE_FREQUENCIES)

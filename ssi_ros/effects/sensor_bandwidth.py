@@ -19,6 +19,7 @@ class SensorBandwidth(Effect):
     size = 'corner_hz'
     reference = 'Butterworth, Wireless Engineer 7, 1930'
     starts = {'corner_hz': (1000.0, 250.0, 60.0)}
+    follows = {'corner_hz': 'rate'}
     power = -1.0
     patterns = (ModalPattern.CHANNEL_FILTER, ModalPattern.COMMON_FILTER)
 

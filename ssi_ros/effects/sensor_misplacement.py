@@ -16,6 +16,7 @@ class SensorMisplacement(Effect):
     together = ('lateral_m',)
     reference = 'docs/theory.md, eq. (14) (displacement row of a point)'
     starts = {'along_m': (-0.02, 0.0, 0.02), 'lateral_m': (-0.02, 0.0, 0.02)}
+    follows = {'along_m': 'length', 'lateral_m': 'width'}
     patterns = (ModalPattern.CHANNEL_SHAPE,)
 
     channel: str = quantity('e1_a', doc='channel')

@@ -1,14 +1,17 @@
 """Simulate a setup: the linear simulator, nonlinear hinges, drifting stiffness, sampling times."""
 from dataclasses import replace
+from itertools import takewhile
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.signal import resample
 
+from ssi_ros.effects.base import lateness
 from ssi_ros.effects.edits import scale_stiffness
 from ssi_ros.model.excitation import begin_all, generator
 from ssi_ros.model.joints import JointLaw, simulate_joints
 from ssi_ros.model.nonlinear import simulate_nonlinear
+from ssi_ros.model.sensors import Mix
 from ssi_ros.model.simulator import check_rate, propagate, simulate, stationary_start
 from ssi_ros.records import Samples
 
@@ -44,7 +47,7 @@ def simulate_setup(setup, seed, *, at_rest=False, start_ns=0, progress=None):
     """
     system, rate_hz = setup.system, setup.system.rate_hz
     count = round(setup.duration_s * setup.stamp_rate_hz)
-    moves = bool(setup.delays_s or setup.corners_hz) or setup.jitter_rms_s > 0.0
+    moves = bool(setup.delays_s or setup.corners_hz or setup.late) or setup.jitter_rms_s > 0.0
     rows = count + 2 * MARGIN if moves else count
     bare = replace(system, chain=())
     if setup.laws and setup.drift:
@@ -62,9 +65,12 @@ def simulate_setup(setup, seed, *, at_rest=False, start_ns=0, progress=None):
     else:
         values = simulate(bare, rows / rate_hz, seed, at_rest=at_rest, rate_hz=rate_hz,
                           progress=progress).values
+    chain = list(system.chain)
+    # channels that are read at their own instants have been mixed before
+    mixes = list(takewhile(lambda stage: isinstance(stage, Mix), chain)) if setup.late else []
     if moves:
-        values = _resampled(values, setup, seed, count)
-    for stage in system.chain:
+        values = _resampled(values, setup, seed, count, mixes)
+    for stage in chain[len(mixes):]:
         values = stage.begin(rate_hz, generator(seed, stage.name))(values)
     return Samples(values, setup.stamp_rate_hz, system.channels, start_ns)
 
@@ -97,14 +103,19 @@ def _drifting(system, setup, count, seed, at_rest):
     return np.concatenate(values)
 
 
-def _resampled(values, setup, seed, count):
+def _resampled(values, setup, seed, count, mixes):
     """Read every channel at its own instants by band-limited interpolation, eq. (89)."""
     rate_hz, rows = setup.system.rate_hz, len(values)
     # The ends fade in and out, so that the periodic interpolation does not ring; they are cut off.
     edge = np.minimum(np.arange(rows), np.arange(rows)[::-1]) / (MARGIN / 4)
     spectrum = np.fft.rfft(values * np.minimum(1.0, edge)[:, None], axis=0)
-    values = np.fft.irfft(spectrum * setup.reading(np.fft.rfftfreq(rows, 1 / rate_hz)), rows,
-                          axis=0)
+    cycles = np.fft.rfftfreq(rows)
+    spectrum = spectrum * setup.reading(cycles * rate_hz)
+    for stage in mixes:
+        spectrum = spectrum @ stage.response(np.zeros(1), spectrum.shape[1])[0].T
+    if setup.late:
+        spectrum = spectrum * lateness(setup.late, cycles)
+    values = np.fft.irfft(spectrum, rows, axis=0)
     if not setup.jitter_rms_s:
         return values[MARGIN:MARGIN + count]
     fine = resample(values, FINER * rows)

@@ -15,6 +15,7 @@ class TimestampJitter(Effect):
     size = 'rms_s'
     reference = 'Balakrishnan, IRE Trans. Inf. Theory 8(3), 1962'
     starts = {'rms_s': (2e-4,)}
+    follows = {'rms_s': 'sample'}
     power = 2.0
     patterns = (ModalPattern.SAMPLING,)
 

@@ -62,7 +62,7 @@ def effect_templates(simulator, settings, names, progress):
         while len(_IN_MEMORY) >= KEPT:
             del _IN_MEMORY[next(iter(_IN_MEMORY))]
         _IN_MEMORY[key] = found
-    return _IN_MEMORY[key]
+    return _IN_MEMORY[key].late(simulator.late, frame)
 
 
 def unmodelled_templates(simulator, settings):
@@ -70,8 +70,10 @@ def unmodelled_templates(simulator, settings):
     frame = simulator.frame
     if simulator.recorded:
         return make_change_templates(simulator)
-    return _unmodelled(simulator.spacecraft, _rows(simulator), frame.rows, frame.segments,
-                       settings, simulator.present)
+    found = _unmodelled(simulator.spacecraft, _rows(simulator), frame.rows, frame.segments,
+                        settings, simulator.present)
+    return ChangeTemplates(*(t.late(simulator.late, frame) for t in (
+        found.constant, found.drifting)))
 
 
 @lru_cache(maxsize=KEPT)
@@ -94,10 +96,10 @@ def _rows(simulator):
 
 
 def _alone(simulator, settings):
-    """Return the model side without what belongs to one record: lost rows, its motion."""
+    """Return the model side without what belongs to one record: lost rows, instants, motion."""
     frame = simulator.frame
     return simulator.but(frame=frame_at(frame.rate_hz, frame.rows, frame.begins, settings),
-                         jitter_noise=None)
+                         jitter_noise=None, late=())
 
 
 def templates_key(*numbers, names=()):

@@ -46,8 +46,9 @@ def match(spacecraft, samples):
         out[name] = (f'channel {name} lacks {100 * lost.share:.2g} % of its samples, up to '
                      f'{lost.longest_s:.4g} s at a time: the others hold more without it')
     chosen = tuple(kept[i] for i in best)
+    columns = [names.index(n) for n in chosen]
     return (with_channels(spacecraft, chosen),
             Samples(values[:, best], spacecraft.rate_hz, chosen, samples.start_ns,
-                    None if samples.as_sampled is None else samples.as_sampled[
-                        :, [names.index(n) for n in chosen]]),
+                    None if samples.as_sampled is None else samples.as_sampled[:, columns],
+                    samples.late and tuple(samples.late[i] for i in columns)),
             tuple(f'{out[n]}; it was left out: a partial answer' for n in wanted if n in out))

@@ -160,25 +160,49 @@ def together(values, found, names, rate_hz):
 
     """
     values, said = values.copy(), []
-    for c, (name, o) in enumerate(zip(names, found)):
-        ms = 1e3 * o.offset / rate_hz
+    for c, late in enumerate(lateness(found, names)):
+        if not late:
+            continue
+        new = moved(values[:, c], late)
+        if np.isfinite(new).sum() < KEPT * np.isfinite(values[:, c]).sum():
+            if abs(late) < LARGE:
+                continue
+            raise ValueError(f'{names[c]} is sampled {1e3 * late / rate_hz:+.3g} ms beside '
+                             f'{names[0]}, and too many samples are missing to move it there; '
+                             'sample both at the same instants')
+        values[:, c] = new
+        said.append(_late(names[c], late, rate_hz))
+    return values, (f'sampled beside {names[0]}: {", ".join(said)}; moved to its instants' if said
+                    else '')
+
+
+def lateness(found, names):
+    """
+    Return by how many samples each channel is sampled later than the first, 0 where hardly.
+
+    Raises
+    ------
+    ValueError
+        If a clock runs away from that of the first channel.
+
+    """
+    for name, o in zip(names, found):
         if abs(o.drift) > DRIFTS:
             raise ValueError(f'the clock of {name} runs away from that of {names[0]} by '
                              f'{abs(o.drift):.3g} samples within the record; stamp both by one '
                              'clock, or cut the record into shorter ones')
-        if abs(o.offset) < SMALL:
-            continue
-        new = moved(values[:, c], o.offset)
-        if np.isfinite(new).sum() < KEPT * np.isfinite(values[:, c]).sum():
-            if abs(o.offset) < LARGE:
-                continue
-            raise ValueError(f'{name} is sampled {ms:+.3g} ms beside {names[0]}, and too many '
-                             'samples are missing to move it there; sample both at the same '
-                             'instants')
-        values[:, c] = new
-        said.append(f'{name} {ms:+.3g} ms')
-    return values, (f'sampled beside {names[0]}: {", ".join(said)}; moved to its instants' if said
-                    else '')
+    return tuple(o.offset if abs(o.offset) >= SMALL else 0.0 for o in found)
+
+
+def compared_there(late, names, rate_hz):
+    """Return a sentence on channels that are compared as they were sampled, or none."""
+    said = [_late(n, o, rate_hz) for n, o in zip(names, late) if o]
+    return f'sampled beside {names[0]}: {", ".join(said)}; compared there' if said else ''
+
+
+def _late(name, late, rate_hz):
+    """Return a channel and by how much it is late [ms], in words."""
+    return f'{name} {1e3 * late / rate_hz:+.3g} ms'
 
 
 def words(found, names, rate_hz):

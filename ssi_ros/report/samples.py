@@ -4,7 +4,7 @@ from dataclasses import replace
 import numpy as np
 
 from ssi_ros.identify.grid import Grid
-from ssi_ros.identify.offsets import EDGE, offsets, together
+from ssi_ros.identify.offsets import compared_there, EDGE, lateness, offsets, together
 from ssi_ros.identify.pace import misfit
 from ssi_ros.identify.stamps import batches, nothing_on
 from ssi_ros.records import Samples
@@ -12,7 +12,7 @@ from ssi_ros.records import Samples
 TOGETHER_NS = 300_000_000_000       # of all channels, well below the gap of a new segment
 
 
-def samples_of(recording, rate_hz=0.0, say=None):
+def samples_of(recording, rate_hz=0.0, say=None, *, staggered=False):
     """
     Bring the channels of a recording onto one even grid; a missing sample is NaN.
 
@@ -24,6 +24,8 @@ def samples_of(recording, rate_hz=0.0, say=None):
         Sampling rate [Hz]; 0 estimates it from the stamps.
     say : callable, optional
         Called with a sentence where channels are sampled at different instants.
+    staggered : bool
+        Whether they stay as they were sampled, `Samples.late`; else they are moved.
 
     Returns
     -------
@@ -56,13 +58,20 @@ def samples_of(recording, rate_hz=0.0, say=None):
         raise ValueError('the clock of the bag jumps; cut the bag there and give one end')
     found = _offsets(recording, rows, grid.offsets())
     sampled = np.concatenate([r.values for r in rows])
+    if staggered:
+        late = lateness(found, recording.names)
+        if any(late) and say is not None:
+            say(compared_there(late, recording.names, rows[0].rate_hz))
+        return Samples(sampled, rows[0].rate_hz, recording.names, rows[0].origin_ns,
+                       late=late if any(late) else ())
     values, moved = together(sampled, found, recording.names, rows[0].rate_hz)
     if moved and say is not None:
         say(moved)
     first, last = (EDGE, -EDGE) if moved and len(values) > 4 * EDGE else (0, None)
     return Samples(values[first:last], rows[0].rate_hz, recording.names,
                    rows[0].origin_ns + round(first * 1e9 / rows[0].rate_hz),
-                   sampled[first:last] if moved else None)
+                   sampled[first:last] if moved else None,
+                   tuple(f.offset for f in found) if moved else ())
 
 
 def _offsets(recording, rows, placed):

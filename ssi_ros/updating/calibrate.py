@@ -115,7 +115,8 @@ def calibrate(spacecraft, recordings, settings=DiagnosisSettings(), *, names=(),
                 if spacecraft.arrays else 'uncertainty_frequency, _damping, _participation, '
                 '_shape or _gain') + ' a deviation above 0')
     whole_model = replace(spacecraft, calibration=Calibration())
-    bare, matched, notes = _in_common(whole_model, recordings)
+    bare, matched, notes = _in_common(
+        whole_model, recordings if inputs else [r.before_moves for r in recordings])
     present = of_channels(present, [s.name for s in bare.sensors])
     with BLAS.limit(limits=1):
         whole = [_whole(bare, samples, settings, present) for samples in matched]
@@ -192,7 +193,8 @@ def _of_all_channels(spacecraft, calibration):
 
 def _whole(spacecraft, samples, settings, present):
     """Return a recording without bias, its short gaps filled by the model."""
-    simulator = Simulator(spacecraft, frame_of(samples, settings), samples.duration_s, present)
+    simulator = Simulator(spacecraft, frame_of(samples, settings), samples.duration_s, present,
+                          late=samples.staggered)
     clipped = np.full(samples.values.shape, np.nan)
     return completed(simulator, samples, clipped, settings)[1]
 

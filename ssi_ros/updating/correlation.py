@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 from scipy.signal import lfilter
 
+from ssi_ros.effects.base import lateness
 from ssi_ros.effects.statistical_linearisation import linearise
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.hermitian import inverse_root, real_vectors
@@ -108,6 +109,8 @@ def correlation(simulator, candidate=Candidate(), levels=None):
         total[np.ix_(*2 * (np.searchsorted(bins, at),))] += covariance
     values, vectors = np.linalg.eigh(total)
     kept = values > LEAST
+    if simulator.late:
+        shapes = shapes * lateness(simulator.late, frame.cycles)
     return Correlation(bins, vectors[:, kept] * np.sqrt(values[kept]),
                        np.pad(shapes[bins], ((0, 0), (known, 0))))
 

@@ -206,5 +206,6 @@ def _recording(spacecraft, samples, settings, segment_s, beside):
     """Cut a recording into segments of a length; beside are present effects, and inputs."""
     present, recorded = beside
     frame = frame_of(samples, replace(settings, segment_s=segment_s, band_bins=1))
-    simulator = Simulator(spacecraft, frame, samples.duration_s, present, recorded=recorded)
+    simulator = Simulator(spacecraft, frame, samples.duration_s, present, recorded=recorded,
+                          late=samples.staggered)
     return Recording(simulator, simulator.evidence(samples))

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from numba import njit
 import numpy as np
 
-LOST = 0.15             # deviations squared that all errors together may lose, of what is known
+LOST = 0.05             # deviations squared that all errors together may lose, of what is known
 SEEN = 0.02             # share of its variance that a record takes off an error that counts here
 
 
@@ -54,6 +54,8 @@ def _runs(vectors, bins, weight, information):
     # in deviations beside the record: sums over orthogonal errors do not depend on their choice
     squares, turn = np.linalg.eigh(information)
     told = squares > SEEN * (1 + squares)
+    if not told.any():
+        return np.zeros(1, int)         # of nothing all bins tell as much
     turn = turn[:, told] * np.sqrt(weight / (1 + squares[told]))
     looks = turn.T.astype(np.float32) @ vectors.astype(np.float32)
     return np.flatnonzero(_begins(np.ascontiguousarray(

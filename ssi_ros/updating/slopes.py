@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ssi_ros.effects.base import lateness
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.hermitian import real_vectors, white
 from ssi_ros.model.disturbances import Chirp, Sine
@@ -232,7 +233,7 @@ def _outputs(setup, frame):
         out = setup.reading(frame.frequencies_hz * stretch)[:, :, None] * out
     for stage in setup.system.chain:
         out = stage.response(np.zeros(1), count) @ out
-    return out
+    return lateness(setup.late, frame.cycles)[:, :, None] * out if setup.late else out
 
 
 def _residues(found, inputs, rate_hz):

@@ -46,7 +46,20 @@ def spacecraft():
     'harmonic_disturbance:frequency_hz=12.013,torque_n_m=1'])
 def test_mean_periodogram_is_the_expected_one(text, spacecraft):
     """Whitened by theory, the mean of simulated periodograms is white in every band."""
+    _hold_to_theory(inject(spacecraft, [parse_effect(t) for t in text.split()], SECONDS))
+
+
+@pytest.mark.parametrize('text', [
+    '', 'sensor_crosstalk:gain=0.2', 'timestamp_jitter:rms_s=0.001',
+    'timestamp_jitter:rms_s=0.001 channel_delay:channel=e1_a,delay_s=0.003'])
+def test_channels_that_are_read_one_beside_the_other(text, spacecraft):
+    """Cross-talk comes before each is read, the noise of jitter is that of its own instants."""
     setup = inject(spacecraft, [parse_effect(t) for t in text.split()], SECONDS)
+    _hold_to_theory(replace(setup, late=(0.0, 0.31, -0.46, 0.12)))
+
+
+def _hold_to_theory(setup):
+    """Simulate records of a setup and hold them against what is expected of it."""
     seen = 0.0
     for seed in range(RECORDS):
         samples = simulate_setup(setup, seed)

@@ -191,3 +191,16 @@ def test_a_recording_as_nominal_takes_gaps_too(spacecraft):
     assert found.outcome == 'WITHIN_FLOOR', found.signs
     assert any('in the reference' in s for s in found.signs)
     assert found.missing.gaps == 2
+
+
+@pytest.mark.parametrize('text, named', [
+    ('', []), ('dropped_samples:fraction=0.08', ['dropped_samples']),
+    ('timestamp_jitter:rms_s=0.0005', ['timestamp_jitter'])])
+def test_channels_that_are_read_one_beside_the_other(spacecraft, text, named):
+    """They are compared as they were read: lost rows cost no more, jitter is of each instant."""
+    late = (0.0, 0.31, -0.46, 0.12)
+    setup = inject(spacecraft, [parse_effect(text)] if text else (), SECONDS)
+    samples = replace(simulate_setup(replace(setup, late=late), 5), late=late)
+    found = diagnose(spacecraft, samples, effects=[*FEW, 'timestamp_jitter'], pairs=False)
+    assert found.outcome == ('EXPLAINED' if named else 'WITHIN_FLOOR'), found.candidates
+    assert not named or list(found.candidates[0].effects) == named

@@ -42,6 +42,12 @@ def test_errors_in_other_directions_have_the_same_bins(directions):
     assert np.array_equal(one.starts, other.starts)
 
 
+def test_what_a_record_does_not_tell_is_the_same_in_all_bins(directions):
+    """A record that is nothing but noise leaves one run."""
+    quiet = 1e-6 * directions
+    assert len(merged_bins(quiet, BINS, WEIGHT, WEIGHT * quiet @ quiet.T).starts) == 1
+
+
 def test_the_most_probable_errors_are_those_of_all_bins(directions):
     """To a fraction of their deviations, and so is their likelihood."""
     rng = np.random.default_rng(5)

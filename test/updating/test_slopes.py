@@ -18,11 +18,12 @@ EFFECTS = ('', 'sensor_gain:channel=e1_a,scale=1.1', 'added_mass:array=E1,mass_k
            'hinge_compliance:array=E2,stiffness_n_m_rad=1e6')
 
 
-@pytest.mark.parametrize('text', EFFECTS)
-def test_derivatives_are_those_of_difference_quotients(text):
+@pytest.mark.parametrize('text, late', [*((t, ()) for t in EFFECTS),
+                                        (EFFECTS[3], (0.0, 0.31, -0.46, 0.12))])
+def test_derivatives_are_those_of_difference_quotients(text, late):
     """All errors, whitened, and the score against a random Hermitian excess."""
     frame = make_frame(20000, 100.0, DiagnosisSettings(segment_s=5.0, band_bins=1))
-    simulator = Simulator(twin(), frame, 200.0)
+    simulator = Simulator(twin(), frame, 200.0, late=late)
     candidate = Candidate((parse_effect(text),) if text else ())
     stds = declared(model())[1]
     base = simulator.expected(candidate)

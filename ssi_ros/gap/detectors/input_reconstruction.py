@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ssi_ros.effects.base import lateness
 from ssi_ros.gap.spectra.segmentation import spectra, whole_frame
 from ssi_ros.updating.resonance_doubt import resonance_doubt
 
@@ -83,7 +84,8 @@ def reconstruct(simulator, fitted, samples, settings, missing=None, filters=None
     Return the Reconstruction of the first input of a record by a fit that holds but for it.
 
     `samples` have no gaps; `missing`, (n,) of bool, says which rows were filled. Blocks of a
-    record share their `filters`, by length.
+    record share their `filters`, by length. Channels that were sampled one beside the other are
+    turned to the instants of the rows, the expected spectrum and the record alike.
     """
     filters, rows = {} if filters is None else filters, len(samples.values)
     if rows not in filters:
@@ -95,6 +97,8 @@ def reconstruct(simulator, fitted, samples, settings, missing=None, filters=None
                          resonance_doubt(simulator, setup, frame))
     frame, row, gain, inverse, excited, root, doubt = filters[rows]
     spectrum = spectra(samples, frame)[0]
+    if simulator.late:
+        spectrum = spectrum * lateness(simulator.late, frame.cycles).conj()
     values = np.einsum('kj,kj->k', row, spectrum) / gain
     rest = np.einsum('kij,kj->ki', inverse, spectrum) - (
         row.conj() * (values / gain)[:, None])
@@ -124,8 +128,12 @@ def input_filter(simulator, setup, levels, frame):
     And the share of the whitened power that the excitation makes.
     """
     spectrum = simulator.on(frame).spectrum(setup)
-    inverse = np.linalg.inv(spectrum.at(levels)[0])
+    total = spectrum.at(levels)[0]
     driven = sum(level * share[0] for level, share in zip(levels, spectrum.shares[:-1]))
+    if simulator.late:
+        late = lateness(simulator.late, frame.cycles).conj()
+        total, driven = (s * late[:, :, None] * late[:, None, :].conj() for s in (total, driven))
+    inverse = np.linalg.inv(total)
     excited = np.einsum('kij,kji->', inverse, driven).real / inverse[..., 0].size
     h = setup.system.transfer(frame.frequencies_hz, setup.system.rate_hz)[:, :, 0]
     row = np.einsum('ki,kij->kj', h.conj(), inverse)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ssi_ros.effects import inject, simulate_setup
+from ssi_ros.effects import simulate_setup
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.inference.goodness_of_fit import measure
 from ssi_ros.gap.inference.model_fit import fit_again
@@ -40,8 +40,8 @@ class IndirectEstimate:
 def simulated_records(simulator, estimate, seed, count):
     """Yield simulated records of an estimate, treated as a record is, and their evidence."""
     effects = simulator.present + estimate.candidate.effects
-    setup = inject(at_levels(simulator.spacecraft, estimate.levels), effects,
-                   simulator.duration_s)
+    setup = simulator.injected(at_levels(simulator.spacecraft, estimate.levels),
+                               estimate.candidate)
     levels = np.append(estimate.levels[:-1], 1.0)       # as `completed` fills a record
     for i in range(count):
         samples, limits = simulated_beside(

@@ -4,11 +4,12 @@ Scores of all effects at once, eq. (104) and (105).
 A template is the change of the expected spectrum by one effect at one place and starting value. It
 depends on the model alone, so it is computed once; a record whitens it by its levels.
 """
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import norm
 
+from ssi_ros.effects.base import lateness
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.inference.whittle import whiten, whiten_each
 from ssi_ros.gap.nominal.simulator import level_prior
@@ -29,6 +30,15 @@ class Templates:
     modulation: dict        # {template: (parts, k, l, l)}, deviations from that mean
     level: float            # power of all excitation at nominal levels
     shifts: np.ndarray = None   # (t, m), by what the errors of the model are shifted beside
+
+    def late(self, late, frame):
+        """Return those of channels that are read late [samples], (l,)."""
+        if not late:
+            return self
+        turn = lateness(late, frame.cycles).astype(np.complex64)
+        turn = turn[:, :, None] * turn[:, None, :].conj()
+        return replace(self, changes=self.changes * turn,
+                       modulation={i: m * turn for i, m in self.modulation.items()})
 
 
 def make_templates(simulator, effects, progress=None):

@@ -99,7 +99,9 @@ class ModelNominal:
 
     def ready(self, samples, settings):
         """Return the model of the channels there are, its side, a Record and its levels."""
-        spacecraft, samples, notes = match(self.spacecraft, samples)
+        # a prediction by inputs is that of the instants of the rows
+        spacecraft, samples, notes = match(
+            self.spacecraft, samples.before_moves if self.inputs is None else samples)
         present = of_channels(self.present, samples.channels)
         faults = faults_of_samples(samples)
         detections = detect_in_samples(samples.before_moves, tuple(library()))
@@ -108,7 +110,8 @@ class ModelNominal:
             frame = frame_of(samples, settings)
         except ValueError as error:
             raise TooLittleData(str(error), notes) from None
-        simulator = Simulator(spacecraft, frame, samples.duration_s, present)
+        simulator = Simulator(spacecraft, frame, samples.duration_s, present,
+                              late=samples.staggered)
         if self.inputs is not None:
             simulator, samples, clipped = beside_inputs(simulator, samples, clipped, self.inputs)
             faults += faults_of_inputs(simulator, samples)

@@ -23,7 +23,7 @@ class Simulator:
     `present` are effects that the model has already, `jitter_noise` the noise that jitter makes
     of the motion of one record, see `with_motion_of`; `compensation`, a Compensation, keeps the
     modes of candidates where the record has them; `recorded`, RecordedInputs, come before the
-    channels.
+    channels; `late` is that of the Samples.
     """
 
     spacecraft: object
@@ -33,6 +33,7 @@ class Simulator:
     jitter_noise: object = None
     compensation: object = None
     recorded: object = None
+    late: tuple = ()
 
     def on(self, frame):
         """Return the same model side in another frame."""
@@ -94,11 +95,16 @@ class Simulator:
         spacecraft, shift = self.spacecraft, self.shift(candidate)
         if np.any(shift):
             spacecraft = spacecraft.at_errors(np.array(spacecraft.calibration.values) + shift)
-        found = inject(spacecraft, tuple(self.present) + candidate.effects, self.duration_s)
+        found = self.injected(spacecraft, candidate)
         if levels is None or not found.laws:
             return found
         names = [p.name for p in found.system.excitation if isinstance(source(p), White)]
         return replace(found, powers=dict(zip(names, levels)), near=near)
+
+    def injected(self, spacecraft, candidate):
+        """Return the setup of a candidate on a spacecraft, beside what is present."""
+        found = inject(spacecraft, tuple(self.present) + candidate.effects, self.duration_s)
+        return replace(found, late=self.late) if self.late else found
 
     def expected(self, candidate, levels=None, near=None):
         """Return its expected periodograms; None where it cannot exist, as off the array."""

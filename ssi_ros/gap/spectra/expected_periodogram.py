@@ -4,6 +4,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from ssi_ros.effects.base import lateness
 from ssi_ros.effects.edits import scale_stiffness
 from ssi_ros.effects.statistical_linearisation import LinearisationResidual, linearise
 from ssi_ros.model.disturbances import Chirp, Sine
@@ -100,7 +101,7 @@ def steady(setup, frame, jitter_noise):
             shares[names.index(inner.name)] = shares[names.index(inner.name)] + share
         else:
             fixed = fixed + share
-    fixed = fixed + sampling.noise
+    fixed = fixed + sampling.at_once(sampling.noise)
     white = np.zeros((1, 1, count, count))
     for stage in system.chain:
         gain = stage.response(np.zeros(1), count)[0]
@@ -112,6 +113,7 @@ def steady(setup, frame, jitter_noise):
             fixed = fixed + transform(
                 stage.autocovariance(count, frame.rows, rate_hz), frame.overlap, frame)
     shares.append(np.broadcast_to(white * frame.overlap[0] + 0j, fixed[:1].shape))
+    shares, fixed = [sampling.late(s) for s in shares], sampling.late(fixed)
     return Expected(tuple(names) + (Noise.name,), tuple(shares), fixed, setup.near)
 
 
@@ -240,12 +242,20 @@ def _line(part, sampled, system, frame):
 
 
 class _Sampling:
-    """Applies delays and jitter of the sampling instants to a spectrum, eq. (89)."""
+    """
+    Applies delays and jitter of the sampling instants to a spectrum, eq. (89).
+
+    What mixes channels does so before they are read, each at its own instant: the channels are
+    `late` after the sensor chain. The noise of jitter is of those instants: `at_once` before it.
+    """
 
     def __init__(self, setup, frame, jitter_noise):
         turn = 2 * np.pi * setup.system.rate_hz / frame.rows
         omega = turn * np.arange(frame.first, frame.last)
-        self.phase = self.loss = None
+        self.phase = self.loss = self.turn = None
+        if setup.late:
+            late = lateness(setup.late, frame.cycles)
+            self.turn = late[:, :, None] * late[:, None, :].conj()
         if any(setup.delays_s) or setup.corners_hz:
             read = setup.reading(omega / (2 * np.pi))
             self.phase = read[:, :, None] * read[:, None, :].conj()
@@ -259,10 +269,19 @@ class _Sampling:
             spectrum = spectrum * self.phase
         if self.loss is not None:
             # power that jitter takes comes back white, from the same instants on all channels
-            white = self.share * np.sum(((1 - self.loss) * spectrum).real, axis=-3, keepdims=True)
+            white = self.share * np.sum(((1 - self.loss) * self.late(spectrum)).real, axis=-3,
+                                        keepdims=True)
             spectrum = spectrum * self.loss
             if self.jitter_noise is None:
-                return spectrum + white
+                return spectrum + self.at_once(white)
             # taken from the motion of the record: no level scales it
             self.noise = self.noise + self.jitter_noise.of(part, white)
         return spectrum
+
+    def late(self, spectrum):
+        """Return a spectrum of channels that are read at their own instants."""
+        return spectrum if self.turn is None else spectrum * self.turn
+
+    def at_once(self, spectrum):
+        """Return a spectrum that `late` makes what is given."""
+        return spectrum if self.turn is None else spectrum * self.turn.conj()

@@ -103,7 +103,12 @@ class Frame:
     @property
     def frequencies_hz(self):
         """Frequency of every bin used, shape (k,), [Hz]."""
-        return np.arange(self.first, self.last) * self.rate_hz / self.rows
+        return self.cycles * self.rate_hz
+
+    @property
+    def cycles(self):
+        """Frequency of every bin used, shape (k,), [cycles a sample]."""
+        return np.arange(self.first, self.last) / self.rows
 
 
 def make_frame(rows_total, rate_hz, settings, present=None):
