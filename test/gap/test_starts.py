@@ -1,14 +1,18 @@
 """Starting values: what stands between them is seen, places follow the spacecraft."""
 from dataclasses import replace
+import math
 
 from gap_records import record
 import numpy as np
 import pytest
-from ssi_ros.effects import effect_class, parse_effect
+from ssi_ros.effects import effect_class, inject, parse_effect, simulate_setup
+from ssi_ros.effects.scales import scales_of
 from ssi_ros.gap.candidate import Candidate
+from ssi_ros.gap.driver import diagnose
 from ssi_ros.gap.inference.score_test import make_templates, promise
 from ssi_ros.gap.nominal.starting_points import at_size, starting_points
 from ssi_ros.model import load_spacecraft
+from ssi_ros.model.uncertainty import EXACT
 from ssi_ros.updating.model_uncertainty import no_uncertainty
 
 
@@ -25,6 +29,43 @@ def test_the_best_template_sees_most_of_an_effect(text):
     _, cosine = promise(templates, simulator.expected(Candidate()), simulator.frame,
                         no_uncertainty(simulator.frame, 4))
     assert np.max(cosine[0, 1:]) > 0.75
+
+
+def small_craft():
+    """Return a spacecraft of 5 kg m^2 with arrays of 2 m: its modes are from 4 to 35 Hz."""
+    craft = load_spacecraft()
+    sizes = (1.6, 900.0), (2.1, 2500.0)
+    arrays = tuple(replace(a, root_m=0.2, modes=3, damping_ratio=0.01, plate=replace(
+        a.plate, length_m=length, width_m=0.5, stiffness_n_m=stiffness))
+        for a, (length, stiffness) in zip(craft.arrays, sizes))
+    hub = replace(craft.hub, inertia_kg_m2=((5.0, 0.0, 0.0), (0.0, 4.0, 0.0), (0.0, 0.0, 5.0)))
+    return replace(craft, hub=hub, arrays=arrays, uncertainty=EXACT, sensors=tuple(
+        replace(s, along_m=1.5, lateral_m=math.copysign(0.2, s.lateral_m))
+        for s in craft.sensors))
+
+
+def test_starts_follow_the_spacecraft():
+    """Those of the packaged one are as they are declared; all others lie in their ranges."""
+    packaged = load_spacecraft()
+    assert set(scales_of(packaged, {}).values()) == {1.0}
+    cls = effect_class('fuel_slosh')
+    assert cls.starts_on(packaged, {}) == cls.starts
+    starts = starting_points([cls], small_craft())
+    assert max(e.mass_kg for e in starts) == pytest.approx(3.0 * 5.0 / 600.0)
+    # the lowest mode of the longer array is 11.5 times as high
+    assert min(e.frequency_hz for e in starts) == pytest.approx(0.12 * 11.47, rel=0.01)
+    assert 90.0 < max(e.frequency_hz for e in starts) < 100.0
+
+
+def test_slosh_of_a_small_spacecraft_is_found():
+    """At a mass of the packaged one its resonance would be a third higher."""
+    slosh = 'fuel_slosh:mass_kg=0.2,frequency_hz=9.15,damping_ratio=0.0085,arm_m=0.5'
+    craft = small_craft()
+    samples = simulate_setup(inject(craft, [parse_effect(slosh)], 240.0), 5)
+    found = diagnose(craft, samples, pairs=False)
+    assert found.outcome == 'EXPLAINED' and found.candidates[0].effects == ('fuel_slosh',)
+    at_hz = found.candidates[0].parameters['fuel_slosh.frequency_hz']
+    assert at_hz.value == pytest.approx(9.15, abs=3 * at_hz.std)
 
 
 def test_places_of_a_mass_stretch_with_the_array():

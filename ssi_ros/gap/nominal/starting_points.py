@@ -7,7 +7,7 @@ import numpy as np
 from ssi_ros.effects import effect_class, places
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.selection.thresholds import SELECTION as LIMITS
-from ssi_ros.quantity import quantities
+from ssi_ros.quantity import in_range, quantities
 
 OTHERS = 5              # starts of an effect beside its best
 MOST_PAIRS = 4000       # pairs of templates that are looked through for the best
@@ -23,7 +23,8 @@ def starting_points(classes, spacecraft):
             continue
         for place in places(cls, spacecraft):
             starts = cls.starts_on(spacecraft, place)
-            found += [cls(**place, **dict(zip(starts, v))) for v in product(*starts.values())]
+            every = (dict(zip(starts, v)) for v in product(*starts.values()))
+            found += [cls(**place, **values) for values in every if in_range(cls, values)]
     return [e for e in found if not e.is_null]
 
 
