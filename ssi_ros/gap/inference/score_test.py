@@ -102,9 +102,12 @@ def tail_of_largest(found, largest, least=0.0):
 
 def score(templates, fitted, evidence, uncertainty, here=None):
     """Return the Scores of all templates around a Fit; `here` are Directions of one near by."""
-    record = uncertainty.taken_out(whiten(fitted.model, evidence))
+    record = uncertainty.taken_out(whiten(fitted.plain, evidence))
     here = here or directions(templates, fitted, evidence, uncertainty)
-    total = record.excess.sum(axis=0).astype(np.float32)
+    # effects and errors as the model without errors whitens them, so that what does the same is
+    # the same; the record beside the most probable errors
+    excess = uncertainty.seen(record, uncertainty.of(fitted))
+    total = excess.sum(axis=0).astype(np.float32)
     raw = record.weight * (here.flat @ total).astype(float)
     beside = (record.weight * (here.basis @ total)).astype(float)
     count = len(fitted.levels)
@@ -115,7 +118,7 @@ def score(templates, fitted, evidence, uncertainty, here=None):
     raw -= here.mixed @ here.inner @ beside
     if here.modulation:
         # a model that is the same for all segments was compared with their mean alone
-        each = (record.excess if len(record.excess) > 1
+        each = (excess if len(excess) > 1
                 else whiten_each(uncertainty.raised(fitted.model, evidence), evidence))
         for i, part in here.modulation.items():
             raw[i] += evidence.each_of * np.sum(part * each) / evidence.frame.inflation
@@ -128,7 +131,7 @@ def score(templates, fitted, evidence, uncertainty, here=None):
 
 def directions(templates, fitted, evidence, uncertainty):
     """Return the templates as a fit whitens them; arguments as of `score`."""
-    return Directions(templates, fitted.model, fitted.shares, uncertainty, evidence.frame,
+    return Directions(templates, fitted.plain, fitted.shares, uncertainty, evidence.frame,
                       evidence.segments)
 
 
