@@ -1,0 +1,39 @@
+"""Scores beside fitted errors of a model see what a likelihood ratio sees."""
+from dataclasses import replace
+
+from craft import record, twin
+import numpy as np
+import pytest
+from ssi_ros.effects import parse_effect
+from ssi_ros.gap.candidate import Candidate
+from ssi_ros.gap.inference.model_fit import fit
+from ssi_ros.gap.inference.score_test import make_templates, score
+from ssi_ros.gap.inference.whittle import BLAS
+from ssi_ros.gap.nominal.model import ModelNominal
+from ssi_ros.gap.settings import DiagnosisSettings
+from ssi_ros.model.errors import Calibration, declared, of_recording
+from ssi_ros.updating.prior import known_by_recordings, stand
+
+SETTINGS = DiagnosisSettings()
+
+
+@pytest.mark.parametrize('text', ['hub_inertia:scale=0.94', 'clock_rate:ppm=-3000'])
+def test_a_score_beside_errors_is_near_the_likelihood_ratio(text):
+    """Errors that do nearly the same, and forces on modes 3 dB off, take no more than is theirs."""
+    names, stds = declared(twin())
+    known = np.where(of_recording(names), stds, 0.1 * stds)
+    calibrated = replace(twin(), calibration=Calibration(
+        names, twin().calibration.values, np.diag(known ** 2)))
+    effect = parse_effect(text)
+    with BLAS.limit(limits=1):
+        _, simulator, made_ready, levels = ModelNominal(calibrated).ready(
+            record(11, text, forces_db=3.0), SETTINGS)
+        here = stand(simulator, known_by_recordings(calibrated.calibration), levels, SETTINGS)
+        evidence = made_ready.spectra
+        null, full = (fit(simulator, evidence, c, levels, uncertainty=here.uncertainty)
+                      for c in (Candidate(), Candidate((effect,))))
+        templates = make_templates(simulator.for_templates(levels), [effect])
+        z = score(templates, null, evidence, here.uncertainty).z[0]
+    gain = full.likelihood - null.likelihood
+    assert gain > 8.0
+    assert z == pytest.approx(np.sqrt(2 * gain), rel=0.25)
