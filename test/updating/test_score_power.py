@@ -19,7 +19,7 @@ SETTINGS = DiagnosisSettings()
 
 @pytest.mark.parametrize('text', ['hub_inertia:scale=0.94', 'clock_rate:ppm=-3000'])
 def test_a_score_beside_errors_is_near_the_likelihood_ratio(text):
-    """Errors that do nearly the same, and forces on modes 3 dB off, take no more than is theirs."""
+    """Errors that do nearly the same, and forces on modes 3 dB off, take what is theirs."""
     names, stds = declared(twin())
     known = np.where(of_recording(names), stds, 0.1 * stds)
     calibrated = replace(twin(), calibration=Calibration(
