@@ -160,7 +160,7 @@ def together(values, found, names, rate_hz):
 
     """
     values, said = values.copy(), []
-    for c, late in enumerate(lateness(found, names)):
+    for c, late in enumerate(late_by(found, names)):
         if not late:
             continue
         new = moved(values[:, c], late)
@@ -176,7 +176,7 @@ def together(values, found, names, rate_hz):
                     else '')
 
 
-def lateness(found, names):
+def late_by(found, names):
     """
     Return by how many samples each channel is sampled later than the first, 0 where hardly.
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 import numpy as np
 
 from ssi_ros.identify.grid import Grid
-from ssi_ros.identify.offsets import compared_there, EDGE, lateness, offsets, together
+from ssi_ros.identify.offsets import compared_there, EDGE, late_by, offsets, together
 from ssi_ros.identify.pace import misfit
 from ssi_ros.identify.stamps import batches, nothing_on
 from ssi_ros.records import Samples
@@ -59,7 +59,7 @@ def samples_of(recording, rate_hz=0.0, say=None, *, staggered=False):
     found = _offsets(recording, rows, grid.offsets())
     sampled = np.concatenate([r.values for r in rows])
     if staggered:
-        late = lateness(found, recording.names)
+        late = late_by(found, recording.names)
         if any(late) and say is not None:
             say(compared_there(late, recording.names, rows[0].rate_hz))
         return Samples(sampled, rows[0].rate_hz, recording.names, rows[0].origin_ns,

@@ -53,10 +53,10 @@ def _runs(vectors, bins, weight, information):
     """Return where runs of bins begin, (g,)."""
     # in deviations beside the record: sums over orthogonal errors do not depend on their choice
     squares, turn = np.linalg.eigh(information)
-    told = squares > SEEN * (1 + squares)
-    if not told.any():
+    shown = squares > SEEN * (1 + squares)
+    if not shown.any():
         return np.zeros(1, int)         # of nothing all bins tell as much
-    turn = turn[:, told] * np.sqrt(weight / (1 + squares[told]))
+    turn = turn[:, shown] * np.sqrt(weight / (1 + squares[shown]))
     looks = turn.T.astype(np.float32) @ vectors.astype(np.float32)
     return np.flatnonzero(_begins(np.ascontiguousarray(
         looks.reshape(len(looks), bins, -1).swapaxes(0, 1).reshape(bins, -1)), LOST / bins))

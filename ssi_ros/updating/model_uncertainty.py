@@ -89,10 +89,10 @@ class ModelUncertainty:
     def _known(self, weight, count):
         """Return what a record of so many periodograms of channels tells, a _Known."""
         if weight not in self.beside:
-            told, bins = weight * self.products, self.vectors.shape[1] // count ** 2
-            information = told + np.eye(len(told))
+            shown, bins = weight * self.products, self.vectors.shape[1] // count ** 2
+            information = shown + np.eye(len(shown))
             self.beside[weight] = _Known(information, np.linalg.inv(information),
-                                         merged_bins(self.vectors, bins, weight, told))
+                                         merged_bins(self.vectors, bins, weight, shown))
         return self.beside[weight]
 
     def seen(self, whitened, most):

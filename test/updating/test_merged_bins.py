@@ -59,12 +59,12 @@ def test_the_most_probable_errors_are_those_of_all_bins(directions):
     excess = real_vectors(record - np.eye(CHANNELS)).reshape(1, -1)
     white = SimpleNamespace(lower=np.zeros((1, BINS, CHANNELS, CHANNELS)), excess=excess,
                             weight=WEIGHT)
-    told = WEIGHT * directions @ directions.T
+    shown = WEIGHT * directions @ directions.T
     every = MergedBins(directions, np.arange(BINS), np.ones(BINS))
     (gain, errors), (merged_gain, merged_errors) = (
-        most_probable(ErrorLikelihood(b, np.zeros(5), white), told + np.eye(5), np.ones(5, bool))
-        for b in (every, merged_bins(directions, BINS, WEIGHT, told)))
+        most_probable(ErrorLikelihood(b, np.zeros(5), white), shown + np.eye(5), np.ones(5, bool))
+        for b in (every, merged_bins(directions, BINS, WEIGHT, shown)))
     apart = merged_errors - errors
     # the loss is that of a tenth of a deviation squared, noise and the ends of two climbs beside
-    assert apart @ (told + np.eye(5)) @ apart < 2 * LOST
+    assert apart @ (shown + np.eye(5)) @ apart < 2 * LOST
     assert gain > 5.0 and merged_gain == pytest.approx(gain, rel=0.01)
