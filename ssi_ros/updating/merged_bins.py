@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from numba import njit
 import numpy as np
 
-LOST = 0.05             # deviations squared that all errors together may lose, of what is known
+LOST = 0.01             # deviations squared that all errors together may lose, of what is known
 SEEN = 0.02             # share of its variance that a record takes off an error that counts here
 
 
