@@ -150,6 +150,8 @@ class Effect:
     power : float
         Of its size, that the change of a spectrum follows where it is small: 2 for an rms, -2 for
         a corner.
+    second_degree : bool
+        Whether the expected spectrum is a polynomial of second degree in the size.
     patterns : tuple of ModalPattern
         What it shows where there is no geometry. Of all effects with a pattern, those that declare
         it first are named before the others.
@@ -181,6 +183,7 @@ class Effect:
     nonlinear = False
     hinge = False
     power = 1.0
+    second_degree = False
     patterns = ()
     gaussian = True
     whole_record = False
@@ -202,6 +205,10 @@ class Effect:
     def limit(self):
         """Largest value that a channel can have [m/s^2]."""
         return math.inf
+
+    def kind(self):
+        """Return its name and the channels and arrays it is at, whatever its numbers."""
+        return self.name, *(getattr(self, f.name) for f in self.words())
 
     def in_samples(self, values):
         """Return values (n, l) with the effect in them, None unless it acts on samples alone."""

@@ -14,7 +14,8 @@ class SensorCrosstalk(Effect):
     site = Site.SENSOR
     size = 'gain'
     reference = 'cross-channel sensitivity, IEEE Std 1293'
-    starts = {'gain': (-3e-3, 3e-3)}
+    starts = {'gain': (-3e-3, 3e-3, -9e-3, 9e-3)}
+    second_degree = True
     patterns = (ModalPattern.CHANNEL_FILTER,)
 
     source: str = quantity('e1_b', doc='channel that is picked up')

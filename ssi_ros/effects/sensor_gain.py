@@ -14,7 +14,8 @@ class SensorGain(Effect):
     site = Site.SENSOR
     size = 'scale'
     reference = 'scale-factor error, IEEE Std 1293'
-    starts = {'scale': (0.998, 1.002)}
+    starts = {'scale': (0.998, 1.002, 0.994, 1.006)}
+    second_degree = True
     patterns = (ModalPattern.CHANNEL_FILTER,)
     may_vary = 'the gain'
 

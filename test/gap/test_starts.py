@@ -5,7 +5,7 @@ import math
 from gap_records import record
 import numpy as np
 import pytest
-from ssi_ros.effects import effect_class, inject, parse_effect, simulate_setup
+from ssi_ros.effects import effect_class, inject, parse_effect, places, simulate_setup
 from ssi_ros.effects.scales import scales_of
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.driver import diagnose
@@ -29,6 +29,26 @@ def test_the_best_template_sees_most_of_an_effect(text):
     _, cosine = promise(templates, simulator.expected(Candidate()), simulator.frame,
                         no_uncertainty(simulator.frame, 4))
     assert np.max(cosine[0, 1:]) > 0.75
+
+
+@pytest.mark.parametrize('name', ['sensor_gain', 'sensor_crosstalk'])
+def test_changes_of_second_degree_follow_from_two(name):
+    """What is made of two starts is what the model says, and the best start sees any size."""
+    simulator = record(300.0)[1]
+    cls = effect_class(name)
+    place = next(iter(places(cls, simulator.spacecraft)))
+    starts = [e for e in starting_points([cls], simulator.spacecraft)
+              if all(getattr(e, k) == v for k, v in place.items())]
+    made = make_templates(simulator, starts).changes
+    for effect, change in zip(starts, made):
+        alone = make_templates(simulator, [effect]).changes[0]
+        assert np.abs(change - alone).max() < 1e-4 * np.abs(alone).max()
+    null = simulator.expected(Candidate())
+    for size in (0.3, 1.0, 3.0, 5.0):
+        sized = at_size(starts[0], size)
+        _, cosine = promise(make_templates(simulator, [sized, *starts]), null, simulator.frame,
+                            no_uncertainty(simulator.frame, 4))
+        assert np.max(cosine[0, 1:]) > 0.9
 
 
 def small_craft():

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.stats import norm
 
 from ssi_ros.effects.base import lateness
+from ssi_ros.effects.second_degree import SecondDegree
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.inference.whittle import whiten, whiten_each
 from ssi_ros.gap.nominal.simulator import level_prior
@@ -45,14 +46,17 @@ def make_templates(simulator, effects, progress=None):
     """Compute the templates of effects around the simulator's nominal spectrum."""
     nominal = simulator.expected(Candidate())
     base = nominal.at_nominal
-    kept, changes, shifts, modulation = [], [], [], {}
+    kept, changes, shifts, modulation, others = [], [], [], {}, SecondDegree()
     for i, effect in enumerate(effects):
         if progress is not None:
             progress(i / len(effects))
-        there = simulator.expected(Candidate((effect,)))
-        if there is None:
-            continue
-        change = there.at_nominal - base
+        change = others.change(effect)
+        if change is None:
+            there = simulator.expected(Candidate((effect,)))
+            if there is None:
+                continue
+            change = there.at_nominal - base
+            others.keep(effect, change)
         mean = change.mean(axis=0)
         if len(change) > 1:
             modulation[len(kept)] = (change - mean).astype(np.complex64)

@@ -34,12 +34,8 @@ def likely(every, count):
     for scores in every:
         best = promising(scores, count)
         found += [e for e in best + elsewhere(scores, best)
-                  if scores is every[0] or _place(e) not in map(_place, found)]
+                  if scores is every[0] or e.kind() not in [f.kind() for f in found]]
     return found
-
-
-def _place(effect):
-    return effect.name, *(getattr(effect, f.name) for f in effect.words())
 
 
 def promising(scores, count):
@@ -146,7 +142,7 @@ def unique_places(candidates):
     """Return the first candidate of each combination of effects and places."""
     found = {}
     for candidate in candidates:
-        found.setdefault(tuple(sorted(map(_place, candidate.effects))), candidate)
+        found.setdefault(tuple(sorted(e.kind() for e in candidate.effects)), candidate)
     return tuple(found.values())
 
 
