@@ -4,7 +4,7 @@ What an effect is: a frozen record that changes a `Setup`, declared in a file of
 Every quantity's default is its null value, so an effect at its defaults changes nothing and every
 model with an effect contains the nominal one. `site` is where localisation places it.
 """
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from enum import Enum
 import math
 
@@ -13,7 +13,7 @@ import numpy as np
 from ssi_ros.effects.scales import scales_of
 from ssi_ros.model.spacecraft import Spacecraft
 from ssi_ros.model.system import System
-from ssi_ros.quantity import check, quantities
+from ssi_ros.quantity import check, in_range, quantities
 
 
 INPUT = 'drives'        # quantity that names an input: which one is given, not sought
@@ -209,6 +209,16 @@ class Effect:
     def kind(self):
         """Return its name and the channels and arrays it is at, whatever its numbers."""
         return self.name, *(getattr(self, f.name) for f in self.words())
+
+    def opposite(self):
+        """Return it with the other sign in a tuple, if that may be as likely; else nothing."""
+        # of channels that show nearly the same, what differs goes by the square of such a size
+        mixes = {ModalPattern.CHANNEL_FILTER, ModalPattern.CHANNEL_SHAPE} & set(self.patterns)
+        sizes = [f for f in self.numbers() if f.name in (self.size, *self.together)]
+        if not mixes or self.one_sided() or not all(math.isfinite(f.default) for f in sizes):
+            return ()
+        values = {f.name: 2 * f.default - getattr(self, f.name) for f in sizes}
+        return (replace(self, **values),) if in_range(self, values) else ()
 
     def in_samples(self, values):
         """Return values (n, l) with the effect in them, None unless it acts on samples alone."""

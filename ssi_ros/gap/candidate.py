@@ -21,6 +21,11 @@ class Candidate:
         return tuple(sorted(self.names))
 
     @property
+    def kinds(self):
+        """Return what two candidates have in common that differ by their numbers alone."""
+        return tuple(sorted(e.kind() for e in self.effects))
+
+    @property
     def channels(self):
         """Names of the channels that the effects act on."""
         return tuple(e.channel for e in self.effects if hasattr(e, 'channel'))

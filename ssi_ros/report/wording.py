@@ -7,6 +7,7 @@ from ssi_ros.report.parts import percent
 
 PLACES = ('channel', 'array', 'source')
 MOST = 3                # numbers of one kind in a sentence
+LEAST_PLACE = 0.05      # probability of another place from which it is said
 FIXED = (1e-3, 1e7)     # magnitudes that are written without a power of ten
 
 
@@ -37,6 +38,11 @@ def headline(found):
     said = f'{sizes} {sure}; ' + (
         f'correcting {what} {share}' if share else
         'the gap is too small to say how much of it that removes')
+    for c in found['candidates'][1:]:
+        if c['effects'] == best['effects'] and c['probability'] >= LEAST_PLACE:
+            places = [p for n in c['effects'] for p in quantities(c, n)[0]]
+            said += (f'. It may also be at {listed(places)} '
+                     f'(probability {probability_text(c["probability"])})' if places else '')
     others = [n for n in found['verdict']['class'] if n not in best['effects']]
     if found['outcome'] == 'TIED' and others:
         together = probability_text(found['verdict']['probability'])

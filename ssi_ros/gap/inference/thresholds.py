@@ -28,7 +28,7 @@ class InferenceLimits:
         8.0, '1', 'exp(-8) = 3e-4 of an amplitude remains: python -m validation.gap_scatter')
     # score_scatter
     short_segment: Threshold = Threshold(
-        0.4, '1', 'simulation: python -m validation.gap_missing short; of the usual length')
+        0.9, '1', 'simulation: python -m validation.gap_missing short; of the usual length')
     # parametric_bootstrap
     pooled_records: Threshold = Threshold(
         3.0, '1', 'engineering choice: weight of the variance of all scores, beside five records')

@@ -53,6 +53,9 @@ def parameters(ranked, detections):
                          for s in (-1, 1))
             found[f'{e.name}.{f.name}'] = Value(value, float(std), float(low), float(high),
                                                 f.metadata['unit'])
+    for other in (parameters(r, detections) for r in ranked.others):
+        found = {k: replace(v, low90=min(v.low90, other[k].low90),
+                            high90=max(v.high90, other[k].high90)) for k, v in found.items()}
     return found
 
 

@@ -50,8 +50,7 @@ def promising(scores, count):
 
 def elsewhere(scores, likely):
     """Return other good starts of effects near the best one: a mass may sit in many basins."""
-    # Of a quantity with many starts each value is tried, if its effect is among the best: a
-    # template in the wrong basin says little.
+    # Each of many starts of the best effects is tried: a template in a wrong basin says little.
     gains, margin = scores.gains(), LIMITS['pruning_margin'].value
     best, found, tops = gains.max(), {}, {}
     for i in np.argsort(-gains):
@@ -79,9 +78,9 @@ def _same(one, other, names):
 
 
 def extensions(effect, names):
-    """Return effects with all quantities of another, at its values, and more of a small size."""
+    """Return effects of all quantities of another and more of a small size, and its opposite."""
     # A hinge with play is a hinge: it is as good an answer as long as nothing shows the play.
-    shared, found = {f.name for f in quantities(effect)}, []
+    shared, found = {f.name for f in quantities(effect)}, [*effect.opposite()]
     for name in names:
         cls = effect_class(name)
         if cls is type(effect) or not cls.nonlinear or not cls.spectral:
@@ -111,10 +110,9 @@ def replacements(scores, candidate):
 
 def rivals(ranked, count):
     """Return the best fitted effect of each of the first kinds."""
-    found = {}
-    for effect in (e for r in ranked for e in r.fit.candidate.effects):
-        found.setdefault(effect.name, effect)
-    return list(found.values())[:count]
+    every = [e for r in ranked for e in r.fit.candidate.effects]
+    first = dict.fromkeys(e.name for e in every)
+    return [next(e for e in every if e.name == name) for name in first][:count]
 
 
 def promising_pairs(scores, count):
@@ -131,19 +129,11 @@ def promising_pairs(scores, count):
         effects = (scores.effects[i], scores.effects[j])
         if i > j or any(e.one_sided() and s <= 0 for e, s in zip(effects, sizes)):
             continue
-        key = frozenset((names[i], names[j]))
-        found.setdefault(key, tuple(at_size(e, s) for e, s in zip(effects, sizes)))
+        sized = tuple(at_size(e, s) for e, s in zip(effects, sizes))
+        found.setdefault(frozenset((names[i], names[j])), sized)
         if len(found) == count:
             break
     return list(found.values())
-
-
-def unique_places(candidates):
-    """Return the first candidate of each combination of effects and places."""
-    found = {}
-    for candidate in candidates:
-        found.setdefault(tuple(sorted(e.kind() for e in candidate.effects)), candidate)
-    return tuple(found.values())
 
 
 def at_size(effect, size):

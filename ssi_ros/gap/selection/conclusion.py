@@ -12,6 +12,7 @@ from ssi_ros.gap.selection.cross_validation import reduction
 from ssi_ros.gap.selection.evidence import posterior, Ranked, undetected
 from ssi_ros.gap.selection.thresholds import SELECTION as LIMITS
 from ssi_ros.gap.settings import DiagnosisSettings
+from ssi_ros.open_set.families import FAMILIES
 
 NOWHERE = (float('nan'),) * 3
 OWN_ERROR = 'model_error'       # in the class of an effect that the nominal's own error looks like
@@ -91,7 +92,8 @@ def conclude(case):
                             _pseudo('unknown', 1 - LIMITS['doubt'].value, case.null.value,
                                     (0.0,) * 3, False))
     best, residual = case.ranked[0], case.residual
-    anomaly = min((a.p_value for a in residual.anomalies), default=1.0)
+    anomaly = min((a.p_value * (len(FAMILIES) if a.basis in FAMILIES else 1)
+                   for a in residual.anomalies), default=1.0)   # the least of as many families
     rest = residual.p_value
     if not is_inside(best, residual):
         # what a candidate leaves on segments that it was not fitted to counts too

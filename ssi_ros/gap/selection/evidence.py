@@ -47,6 +47,7 @@ class Ranked:
     held_out: tuple = ()    # `GapStatistic`s on what each of two fits did not use; validated only
     estimate: Any = None    # indirect-inference estimate, in place of the fit's
     floor: Any = None       # what it leaves of records that it simulates, where computed
+    others: tuple = ()      # Ranked of the same effects and places, hardly less likely
 
     @property
     def names(self):

@@ -4,9 +4,10 @@ from dataclasses import replace
 from ssi_ros.gap.selection.evidence import log_posterior, Ranked
 from ssi_ros.gap.selection.thresholds import SELECTION as LIMITS
 
-KEPT = 5                # candidates that are fitted to the end, at most
+KEPT = 6                # candidates that are fitted to the end, at most
 RIVALS = 3              # and at least, however bad: what a wrong effect leaves is reported
 PAIRS_TO_FIT = 4        # of each source
+PLACES = 2              # of the same effects, at most
 
 
 class Search:
@@ -35,9 +36,8 @@ class Search:
         comparison = self.comparison
         residual = comparison.residual(ranked[0].fit)
         if residual.gap.deviations > LIMITS['far'].value:
-            distant = comparison.distant(ranked)
             ranked = self.sorted(ranked + self.fitted(
-                distant, comparison.null, self.found.detections))
+                comparison.distant(ranked), comparison.null, self.found.detections))
             residual = comparison.residual(ranked[0].fit)
         ranked, residual = self.with_equivalents(ranked, residual)
         if residual.spectral_p_value < LIMITS['residual_p'].value:
@@ -113,8 +113,15 @@ class Search:
         return -log_posterior(ranked, self.settings, len(self.comparison.effects))
 
     def sorted(self, ranked):  # noqa: A003
-        """Return the best candidate of each kind, best first."""
+        """Return the best candidate of each key, and at places hardly less likely, best first."""
         found = {}
         for r in sorted(ranked, key=self.order):
-            found.setdefault(r.fit.candidate.key, r)
-        return list(found.values())
+            kept = found.setdefault(r.fit.candidate.key, [])
+            at = [k.fit.candidate.kinds for k in kept]
+            near = not kept or self.order(r) - self.order(kept[0]) < LIMITS['other_mode'].value
+            if near and r.fit.candidate.kinds in at:
+                i = at.index(r.fit.candidate.kinds)
+                kept[i] = replace(kept[i], others=(*kept[i].others, r))
+            elif near and len(kept) < PLACES:
+                kept.append(r)
+        return sorted((r for kept in found.values() for r in kept), key=self.order)

@@ -47,6 +47,8 @@ SELECTION = {
     'near_form': Threshold(
         0.0067, '1', 'probability, over that of all known effects, from which an approximate form '
         'adds the effects that share it to the class: five nats behind the best'),
+    'other_mode': Threshold(
+        2.9, 'nats', 'log evidence behind the best of what is in its 90 % interval: 19 to 1'),
     'pruning_margin': Threshold(
         12.0, 'nats', 'log evidence behind the best at which a candidate is dropped: odds of '
         '1 to 160,000'),

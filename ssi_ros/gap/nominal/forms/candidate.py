@@ -80,6 +80,8 @@ class ModalCandidate:
         """Return what two candidates have in common that differ by their values alone."""
         return tuple(f.kind for f in self.forms)
 
+    kinds = key
+
     @property
     def equivalents(self):
         """Names of the other effects that have one of these forms without geometry."""
