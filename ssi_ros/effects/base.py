@@ -254,8 +254,13 @@ class Effect:
     @classmethod
     def one_sided(cls):
         """Return whether the size has one sign only, as a mass has."""
-        size = next(f for f in cls.numbers() if f.name == cls.size)
+        size = cls.size_quantity()
         return size.default in (size.metadata['low'], size.metadata['high'])
+
+    @classmethod
+    def size_quantity(cls):
+        """Return the field of the size."""
+        return next(f for f in cls.numbers() if f.name == cls.size)
 
     @classmethod
     def numbers(cls):

@@ -30,5 +30,4 @@ class SecondDegree:
 
 
 def _size(effect):
-    field = next(f for f in effect.numbers() if f.name == effect.size)
-    return getattr(effect, effect.size) - field.default
+    return getattr(effect, effect.size) - effect.size_quantity().default

@@ -40,15 +40,20 @@ def headline(found):
         'the gap is too small to say how much of it that removes')
     for c in found['candidates'][1:]:
         if c['effects'] == best['effects'] and c['probability'] >= LEAST_PLACE:
-            places = [p for n in c['effects'] for p in quantities(c, n)[0]]
-            said += (f'. It may also be at {listed(places)} '
-                     f'(probability {probability_text(c["probability"])})' if places else '')
+            places = _places(c)
+            if places and places != _places(best):
+                said += (f'. It may also be at {listed(places)} '
+                         f'(probability {probability_text(c["probability"])})')
     others = [n for n in found['verdict']['class'] if n not in best['effects']]
     if found['outcome'] == 'TIED' and others:
         together = probability_text(found['verdict']['probability'])
         said += (f'. The record does not distinguish it from {listed(others)}; the probability '
                  f'of all of them together is {together}')
     return said
+
+
+def _places(candidate):
+    return [p for name in candidate['effects'] for p in quantities(candidate, name)[0]]
 
 
 def removed(candidate):

@@ -224,7 +224,7 @@ class ModelComparison(Comparison):
             s, PAIRS_TO_FIT)] + [d.basis for d in residual.detections]
         pairs = [one.candidate.with_one_more(e) for e in more if e.name not in one.candidate.names]
         pairs += [Candidate(p) for p in starts.promising_pairs(whole, PAIRS_TO_FIT)]
-        return tuple({c.kinds: c for c in reversed(pairs)}.values())
+        return tuple({c.kinds: c for c in reversed(pairs)}.values())     # the first of each
 
     def indistinguishable(self, found, candidate):
         """Return candidates with one effect replaced by a nearly indistinguishable one."""

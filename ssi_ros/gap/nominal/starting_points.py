@@ -129,8 +129,8 @@ def promising_pairs(scores, count):
         effects = (scores.effects[i], scores.effects[j])
         if i > j or any(e.one_sided() and s <= 0 for e, s in zip(effects, sizes)):
             continue
-        sized = tuple(at_size(e, s) for e, s in zip(effects, sizes))
-        found.setdefault(frozenset((names[i], names[j])), sized)
+        key = frozenset((names[i], names[j]))
+        found.setdefault(key, tuple(at_size(e, s) for e, s in zip(effects, sizes)))
         if len(found) == count:
             break
     return list(found.values())
@@ -154,7 +154,7 @@ def at_size(effect, size):
 
 def brackets(effect):
     """Return an effect at sizes over its declared range, near enough that a fit finds any."""
-    f = next(f for f in effect.numbers() if f.name == effect.size)
+    f = effect.size_quantity()
     start = max((abs(v - f.default) for v in effect.starts[f.name] if np.isfinite(f.default)),
                 default=None)
     if start is None or not effect.spectral:
