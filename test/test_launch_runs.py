@@ -97,6 +97,7 @@ def test_monitor_ends_with_the_recorder(launched, tmp_path):
     assert len(counts) == 4 and min(counts.values()) > 1000
 
 
+@pytest.mark.slow
 def test_diagnose_plays_its_bag_to_both_readers(launched, tmp_path):
     """Gap node and identifier get every sample; both go on when the bag has ended."""
     launch = launched('diagnose', bag=noise_bag(tmp_path / 'bag'), rate='40', window_s='120')

@@ -194,7 +194,8 @@ def test_a_recording_as_nominal_takes_gaps_too(spacecraft):
 
 
 @pytest.mark.parametrize('text, named', [
-    ('', []), ('dropped_samples:fraction=0.08', ['dropped_samples']),
+    ('', []), pytest.param('dropped_samples:fraction=0.08', ['dropped_samples'],
+                           marks=pytest.mark.slow),
     ('timestamp_jitter:rms_s=0.0005', ['timestamp_jitter'])])
 def test_channels_that_are_read_one_beside_the_other(spacecraft, text, named):
     """They are compared as they were read: lost rows cost no more, jitter is of each instant."""

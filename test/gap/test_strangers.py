@@ -77,7 +77,7 @@ def test_a_record_holds_as_many_energies_as_a_mode_forgets():
 
 
 @pytest.mark.parametrize('freedoms, words', [
-    (('E2_eta4',), 'another frequency of mode 4 of E2'),
+    pytest.param(('E2_eta4',), 'another frequency of mode 4 of E2', marks=pytest.mark.slow),
     pytest.param(tuple(f'E1_eta{m}' for m in range(2, 11)), 'single modes differ from the model',
                  marks=pytest.mark.slow)])
 def test_modes_that_moved_on_their_own_are_told(freedoms, words):

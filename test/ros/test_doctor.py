@@ -61,6 +61,7 @@ def test_faults_are_named_with_a_fix(bench):
                       'connect (Best effort publisher and reliable subscription)')
 
 
+@pytest.mark.slow
 def test_clocks_are_compared(bench):
     """Simulated time that nobody publishes is an error, a node that does not use it a warning."""
     bench.processes.start('waiting', 'identifier', use_sim_time=True)

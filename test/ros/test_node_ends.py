@@ -17,7 +17,8 @@ from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import Trigger
 
 
-@pytest.mark.parametrize('heard, pause_s', [(1000, 2.5), (3900, 1.5)])
+@pytest.mark.parametrize('heard, pause_s', [
+    pytest.param(1000, 2.5, marks=pytest.mark.slow), (3900, 1.5)])
 def test_a_process_that_stood_still_loses_nothing(bench, heard, pause_s):
     """Reliable samples come late and channel by channel after a pause, even beyond the end."""
     topics = [f'/accelerometer/{n}' for n in ('e1_a', 'e1_b', 'e2_a', 'e2_b')]

@@ -116,6 +116,7 @@ def test_another_level_is_no_gap_to_a_calibrated_model():
     assert found.outcome == 'WITHIN_FLOOR'
 
 
+@pytest.mark.slow
 def test_forces_on_single_modes_are_no_gap_and_no_error():
     """Each 3 dB up or down: quiet beside a calibration, and no shape is blamed by another one."""
     assert diagnose(calibrated().spacecraft, record(14, forces_db=3.0)).outcome == 'WITHIN_FLOOR'

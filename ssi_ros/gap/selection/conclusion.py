@@ -87,19 +87,22 @@ def too_little(reason, notes=()):
 
 def conclude(case):
     """Return the Diagnosis where there is a gap."""
+    effects = len(case.comparison.effects)
     if not case.ranked:
+        *_, unknown = posterior((), case.null, 1.0, case.found.p_value, effects, case.settings)
         return _unexplained(case, 'none of the effects considered explains any of the gap',
-                            _pseudo('unknown', 1 - LIMITS['doubt'].value, case.null.value,
-                                    (0.0,) * 3, False))
+                            _pseudo('unknown', unknown, case.null.value, (0.0,) * 3, False))
     best, residual = case.ranked[0], case.residual
-    anomaly = min((a.p_value * (len(FAMILIES) if a.basis in FAMILIES else 1)
-                   for a in residual.anomalies), default=1.0)   # the least of as many families
+    # the least of as many families; it says no more against none than all tests do, (113c)
+    anomaly = max(case.found.p_value, min((
+        a.p_value * (len(FAMILIES) if a.basis in FAMILIES else 1)
+        for a in residual.anomalies), default=1.0))
     rest = residual.p_value
     if not is_inside(best, residual):
         # what a candidate leaves on segments that it was not fitted to counts too
         rest = min(rest, float(norm.sf(best.deviations)), LIMITS['residual_p'].value)
-    shares, none, unknown = posterior(case.ranked, case.null, rest, anomaly,
-                                      len(case.comparison.effects), case.settings)
+    shares, none, unknown = posterior(case.ranked, case.null, rest, anomaly, effects,
+                                      case.settings)
     order = np.argsort(-shares, kind='stable')
     ranked, shares = [case.ranked[i] for i in order], shares[order]
     found = [_explanation(case, r, p) for r, p in zip(ranked, shares)]
@@ -112,9 +115,8 @@ def conclude(case):
     if outcome == 'UNEXPLAINED':
         # that it is none of these, not the nearest of them
         verdict = {**NO_VERDICT, 'probability': unknown}
-    gap = case.null.value
-    others = (_pseudo('unknown', unknown, gap, (0.0,) * 3, False),
-              _pseudo('none', none, gap, (0.0,) * 3, False))
+    others = tuple(_pseudo(name, share, case.null.value, (0.0,) * 3, False)
+                   for name, share in (('unknown', unknown), ('none', none)))
     where = replace(case.location, site=_sites(case.found.score_test, ranked, shares),
                     sensors=_sensors(case.location.sensors, ranked, shares))
     return Diagnosis(
@@ -206,12 +208,10 @@ def _pseudo(name, probability, gap, closed, inside):
 
 
 def _unexplained(case, reason, unknown):
-    known = case.comparison.site
-    sites = {s.value: float(s.value == known) for s in Site} if known else _sites(
-        case.found.score_test, (), ())
-    where = replace(case.location, site=sites)
-    return Diagnosis('UNEXPLAINED', reason, case.gap, where, (unknown,),
-                     {**NO_VERDICT, 'probability': unknown.probability}, (),
+    known, test = case.comparison.site, case.found.score_test
+    sites = {s.value: float(s.value == known) for s in Site} if known else _sites(test, (), ())
+    return Diagnosis('UNEXPLAINED', reason, case.gap, replace(case.location, site=sites),
+                     (unknown,), {**NO_VERDICT, 'probability': unknown.probability}, (),
                      case.texts)
 
 

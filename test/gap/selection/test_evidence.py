@@ -1,4 +1,6 @@
 """What a candidate's freedom costs, and the share of the gap that it closes."""
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -6,7 +8,8 @@ from ssi_ros.effects import parse_effect
 from ssi_ros.gap.candidate import Candidate, priors_of
 from ssi_ros.gap.inference.goodness_of_fit import distance_of, floor_of_band, Gap
 from ssi_ros.gap.selection.cross_validation import reduction
-from ssi_ros.gap.selection.evidence import log_prior_ratio, Ranked, size_factor
+from ssi_ros.gap.selection.evidence import log_prior_ratio, posterior, Ranked, size_factor
+from ssi_ros.gap.settings import DiagnosisSettings
 
 
 def occam(candidate, covariance):
@@ -49,6 +52,16 @@ def test_the_likelihood_of_a_size_over_its_prior():
             size_factor(10.01, True, power), rel=0.02)
     assert size_factor(-10.01, False) == pytest.approx(size_factor(9.99, False), rel=0.02)
     assert size_factor(-3.0, True) < 1e-3 < size_factor(-3.0, False)    # a wrong sign is no size
+
+
+@pytest.mark.parametrize('p_value, low, high', [
+    (0.05, 0.3, 0.6), (0.03, 0.4, 0.7), (1e-3, 0.9, 0.995), (1e-12, 0.98, 0.995)])
+def test_something_unknown_is_as_probable_as_the_p_value_says(p_value, low, high):
+    """Chance is not excluded by p = 0.05, and nothing is ever certain, (113c) and (113d)."""
+    null = Ranked(SimpleNamespace(log_likelihood=-1e4))
+    _, none, unknown = posterior((), null, 1.0, p_value, 30, DiagnosisSettings())
+    assert low < unknown < high
+    assert none + unknown == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize('fitted, true_share', [(1.0, 1.0), (0.5, None)])
