@@ -31,7 +31,7 @@ def match(spacecraft, samples):
         raise ValueError(f'the record is sampled at {samples.rate_hz:g} Hz, the model at '
                          f'{spacecraft.rate_hz:g} Hz; set rate_hz in the model')
     out = {n: f'channel {n} of the model is not in the record' for n in wanted if n not in names}
-    longest, kept = LIMITS.gap_s.value * samples.rate_hz, []
+    longest, kept = LIMITS.filled_s.value * samples.rate_hz, []
     for name in (n for n in wanted if n in names):
         reason = unusable(name, samples.values[:, names.index(name)], spacecraft.rate_hz,
                           longest)

@@ -31,6 +31,7 @@ from ssi_ros.gap.spectra.imputation import filled
 from ssi_ros.inputs.beside import remainder
 from ssi_ros.integrity.fault import as_reason
 from ssi_ros.levels.held_out import held_out
+from ssi_ros.updating.filled_share import parameters
 from ssi_ros.updating.prior import stand
 
 FIRST_STEPS = 6         # of a fit, before the best are chosen
@@ -43,7 +44,7 @@ class ModelComparison(Comparison):
     """A model beside a record; see `ssi_ros.gap.comparison.Comparison`."""
 
     kind = 'model'
-    built, parameters = staticmethod(answer.built), staticmethod(answer.parameters)
+    built, parameters = staticmethod(answer.built), parameters
 
     def __init__(self, simulator, record, settings, effects, levels, progress, prior=None):
         self.simulator, self.record, self.settings = simulator, record, settings
@@ -233,9 +234,8 @@ class ModelComparison(Comparison):
     def corrected(self, ranked):
         """Correct candidates by what their approximate spectra lose on their own records."""
         # the best explains nothing: another law may do so whose linear equivalent is worse
-        best = ranked[0]
-        promising, others = (best.fit.log_likelihood + self.null.log_likelihood) / 2, []
-        found = {}
+        best, others, found = ranked[0], [], {}
+        promising = (best.fit.log_likelihood + self.null.log_likelihood) / 2
         for r in ranked:
             if r is not best and (
                     r.fit.log_likelihood <= promising or not r.fit.candidate.nonlinear

@@ -56,7 +56,7 @@ def completed(simulator, samples, limits, settings, levels=None):
     bias = np.nanmean(np.where(lost, limits, samples.values), axis=0)
     samples, limits = replace(samples, values=samples.values - bias), limits - bias
     # the mean between long gaps is that of half waves, too: what is lost has a mean as well
-    long_gaps = any(last - first > LIMITS.gap_s.value * samples.rate_hz
+    long_gaps = any(last - first > LIMITS.filled_s.value * samples.rate_hz
                     for first, last in runs(lost.any(axis=1)))
     for _ in range(OFFSETS if long_gaps else 0):
         whole = filled(simulator, samples, limits=limits)
@@ -67,7 +67,7 @@ def completed(simulator, samples, limits, settings, levels=None):
         level[:-1] = levels[:-1]
 
     def with_short_gaps_filled():
-        return filled(simulator, samples, level, limits=limits, longest_s=LIMITS.gap_s.value)
+        return filled(simulator, samples, level, limits=limits, longest_s=LIMITS.filled_s.value)
     whole = with_short_gaps_filled()
     if whole is not samples:
         frame = frame_of(whole, settings)

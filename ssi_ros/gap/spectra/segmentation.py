@@ -114,7 +114,7 @@ class Frame:
 def make_frame(rows_total, rate_hz, settings, present=None):
     """Choose the segments of a record of so many rows; ValueError if too few are `present`."""
     there = np.ones(rows_total, bool) if present is None else present
-    parts = parts_between(there, LIMITS.gap_s.value * rate_hz)
+    parts = parts_between(there, LIMITS.filled_s.value * rate_hz)
     recorded_s = float(np.diff(parts).sum()) / rate_hz
     rows = int(min(settings.segment_s, recorded_s / settings.least_segments) * rate_hz)
     if recorded_s < rows_total / rate_hz and rows:

@@ -16,7 +16,9 @@ class SpectraLimits:
         1e-3, '1', 'engineering choice: share of power in the silent bands, eq. (144)')
     # imputation
     gap_s: Threshold = Threshold(
-        1.0, 's', 'engineering choice: longest gap that is filled; a longer one is left out')
+        1.0, 's', 'engineering choice: longest time that samples are lost at random or clipped')
+    filled_s: Threshold = Threshold(
+        3.0, 's', 'longest gap that is filled: python -m validation.gap_missing effects')
     level_change: Threshold = Threshold(
         0.01, 'log power', 'engineering choice: 0.04 dB between two rounds of filling')
 
