@@ -211,7 +211,7 @@ def _unexplained(case, reason, unknown):
     known, test = case.comparison.site, case.found.score_test
     sites = {s.value: float(s.value == known) for s in Site} if known else _sites(test, (), ())
     return Diagnosis('UNEXPLAINED', reason, case.gap, replace(case.location, site=sites),
-                     (unknown,), {**NO_VERDICT, 'probability': unknown.probability}, (), case.texts)
+                     (unknown,), NO_VERDICT | {'probability': unknown.probability}, (), case.texts)
 
 
 def _sensors(sensors, ranked, shares):
