@@ -11,6 +11,7 @@ WILD = 1e7              # medians of a channel that no acceleration reaches
 SINGLE = 0.5            # runs of lost rows over those of independent losses
 FEWEST = 5              # losses that show a rate: their number is known to half of itself
 LOSES = 1 / 6           # of the longest segment, to which a row of a segment is worth half
+LISTED, TOLD = 100, 4   # gaps, the longest, whose places are listed, and that a sentence has
 MEMORY_S = 10.0         # a part of that length is worth half of as many rows of a longer one
 
 
@@ -31,6 +32,8 @@ class Missing:
         Channels that it is on.
     channels : dict
         Share that is missing, by the name of every channel that lacks a sample [1].
+    places : tuple of (float, float, tuple of str)
+        When each gap begins and ends [s], and its channels; of more than 100 the longest.
 
     """
 
@@ -40,6 +43,7 @@ class Missing:
     longest_at_s: float = 0.0
     longest_of: tuple = ()
     channels: dict = None
+    places: tuple = ()
 
     @property
     def text(self):
@@ -49,7 +53,19 @@ class Missing:
         where = ', '.join(f'{name} {100 * share:.2g} %' for name, share in self.channels.items())
         return (f'{100 * self.share:.2g} % of the samples are missing ({where}) in {self.gaps} '
                 f'gap{"s" * (self.gaps != 1)}, the longest of {self.longest_s:.4g} s from '
-                f'{self.longest_at_s:.4g} s on {", ".join(self.longest_of)}')
+                f'{self.longest_at_s:.4g} s on {", ".join(self.longest_of)}{self._others}')
+
+    @property
+    def _others(self):
+        """Return where the next longest gaps begin, in words."""
+        rest = sorted((p for p in self.places if not p[0] <= self.longest_at_s < p[1]),
+                      key=lambda p: p[0] - p[1])[:TOLD]
+        if not rest:
+            return ''
+        more = self.gaps - 1 - len(rest)
+        return (f', {"others" if len(rest) > 1 else "the other"} from '
+                + ', '.join(f'{begin:.4g}' for begin, _, _ in sorted(rest)) + ' s'
+                + f' and {more} more' * (more > 0))
 
 
 def missing_of(samples, expected=()):
@@ -78,11 +94,16 @@ def missing_of(samples, expected=()):
     longest = {name: max(runs(column), key=lambda run: run[1] - run[0], default=(0, 0))
                for name, column in lost.items()}
     first, last = max(longest.values(), key=lambda run: run[1] - run[0])
+    gaps = runs(gone.any(axis=0))
+    listed = sorted(sorted(gaps, key=lambda gap: gap[0] - gap[1])[:LISTED])
     return Missing(
-        float(gone.mean()), len(runs(gone.any(axis=0))), (last - first) / samples.rate_hz,
+        float(gone.mean()), len(gaps), (last - first) / samples.rate_hz,
         float(first / samples.rate_hz),
         tuple(n for n, column in lost.items() if column[first:last].all()),
-        {n: float(column.mean()) for n, column in lost.items() if column.any()})
+        {n: float(column.mean()) for n, column in lost.items() if column.any()},
+        tuple((float(begin / samples.rate_hz), float(end / samples.rate_hz),
+               tuple(n for n, column in lost.items() if column[begin:end].any()))
+              for begin, end in listed))
 
 
 def parts_between(present, longest):

@@ -53,7 +53,10 @@ def test_what_is_missing_is_counted(spacecraft):
     assert (found.longest_s, found.longest_at_s) == (12.0, 100.0)
     assert found.share == pytest.approx((4 * 4.0 + 12.0) / 4 / SECONDS)
     assert found.channels['e1_a'] == pytest.approx(4.0 / SECONDS)
-    assert 'the longest of 12 s from 100 s on e1_b' in found.text
+    assert found.text.endswith('the longest of 12 s from 100 s on e1_b, the other from 10 s')
+    assert found.places == ((10.0, 14.0, samples.channels), (100.0, 112.0, ('e1_b',)))
+    many = without(samples, *((t, t + 1.0) for t in range(20, 80, 10)))
+    assert missing_of(many).text.endswith(', others from 10, 20, 30, 40 s and 3 more')
     assert missing_of(record(spacecraft)).text == 'no sample is missing'
     assert missing_of(samples, ('e1_a', 'e9'))
     assert missing_of(samples, ('e1_a', 'e9')).channels['e9'] == 1.0
