@@ -24,8 +24,10 @@ from ssi_ros.records import read_only
 TORQUES = ('torque_x', 'torque_y', 'torque_z')
 RESIDUAL_DAMPING = 0.5      # see `_array_matrices`
 GIVE_HZ, GIVE_DAMPING = 1e4, 1.05       # see `_with_give`: far above what is looked at, two poles
+KEPT = 32               # systems: a fit asks again and again for those of few spacecraft
 
 
+@lru_cache(maxsize=KEPT)
 def assemble(spacecraft, explicit_hinges=False, hinge_inputs=False):
     """
     Build the coupled system M X'' + D X' + K X = B u with its excitation and sensor chain.
