@@ -31,8 +31,8 @@ from ssi_ros.gap.spectra.imputation import filled
 from ssi_ros.inputs.beside import remainder
 from ssi_ros.integrity.fault import as_reason
 from ssi_ros.levels.held_out import held_out
-from ssi_ros.updating.filled_share import parameters
 from ssi_ros.updating.prior import stand
+from ssi_ros.updating.systematic_errors import parameters
 
 FIRST_STEPS = 6         # of a fit, before the best are chosen
 REFIT_STEPS = 3         # of a fit to half of the segments, from the common one
