@@ -94,9 +94,8 @@ def conclude(case):
                             _pseudo('unknown', unknown, case.null.value, (0.0,) * 3, False))
     best, residual = case.ranked[0], case.residual
     # the least of as many families; it says no more against none than all tests do, (113c)
-    anomaly = max(case.found.p_value, min((
-        a.p_value * (len(FAMILIES) if a.basis in FAMILIES else 1)
-        for a in residual.anomalies), default=1.0))
+    anomaly = max(case.found.p_value, min([1.0, *(
+        a.p_value * (len(FAMILIES) if a.basis in FAMILIES else 1) for a in residual.anomalies)]))
     rest = residual.p_value
     if not is_inside(best, residual):
         # what a candidate leaves on segments that it was not fitted to counts too
