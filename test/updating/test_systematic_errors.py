@@ -7,7 +7,7 @@ from ssi_ros.effects import parse_effect
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.comparison import Fit
 from ssi_ros.records import Samples
-from ssi_ros.updating.systematic_errors import filled_share, LAW, wider
+from ssi_ros.updating.systematic_errors import filled_share, wider
 
 
 def test_the_share_is_that_of_filled_rows_among_those_that_are_used():
@@ -30,7 +30,7 @@ def test_a_size_is_known_to_its_share_of_filled_rows(text, bias):
     candidate = Candidate((parse_effect(text),))
     count = len(candidate.point())
     fit = Fit(candidate, np.zeros(count), np.diag(np.full(count, 1e-6)), 0.0, np.ones(2))
-    more = np.sqrt(np.diag(wider(fit, 0.1).covariance) - 1e-6) / 0.1
+    more = np.sqrt(np.diag(wider(fit, 0.1, 0.0).covariance) - 1e-6) / 0.1
     assert more == pytest.approx(bias, rel=1e-3, abs=1e-6)
 
 
@@ -39,5 +39,5 @@ def test_a_law_of_a_hinge_is_off_in_all_its_numbers():
     candidate = Candidate((parse_effect(
         'hinge_friction:array=E1,torque_n_m=0.01,stiffness_n_m_rad=1e5'),))
     fit = Fit(candidate, np.zeros(2), np.diag([1e-6, 1e-6]), 0.0, np.ones(2))
-    found = np.diag(wider(fit, 0.1).covariance) - 1e-6
-    assert found == pytest.approx([LAW ** 2 + 0.1 ** 2, LAW ** 2])
+    found = np.diag(wider(fit, 0.1, 0.2).covariance) - 1e-6
+    assert found == pytest.approx([0.2 ** 2 + 0.1 ** 2, 0.2 ** 2])
