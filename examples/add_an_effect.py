@@ -6,6 +6,7 @@ In a package of your own the class stands in a module that an entry point of the
 spectrum shows an effect, would stand beside it: see docs/how-to/own-effect.md.
 """
 from dataclasses import replace
+from math import isfinite
 
 import numpy as np
 
@@ -47,4 +48,5 @@ found = diagnose(spacecraft, simulate_setup(setup, seed=3),
                  effects=['cable_loom', 'stiffness_scale', 'sensor_gain'], pairs=False)
 print(f'{found.outcome}: {found.reason}')
 for name, value in found.candidates[0].parameters.items():
-    print(f'  {name} = {value.value:.4g} {value.unit}, standard deviation {value.std:.2g}')
+    known = f'standard deviation {value.std:.2g}' if isfinite(value.std) else 'not fitted'
+    print(f'  {name} = {value.value:.4g} {value.unit}, {known}')
