@@ -11,7 +11,7 @@ WILD = 1e7              # medians of a channel that no acceleration reaches
 SINGLE = 0.5            # runs of lost rows over those of independent losses
 FEWEST = 5              # losses that show a rate: their number is known to half of itself
 LOSES = 1 / 6           # of the longest segment, to which a row of a segment is worth half
-LISTED, TOLD = 100, 4   # gaps, the longest, whose places are listed, and that a sentence has
+LISTED, NAMED = 100, 4  # gaps, the longest, whose places are listed, and that a sentence has
 MEMORY_S = 10.0         # a part of that length is worth half of as many rows of a longer one
 
 
@@ -59,7 +59,7 @@ class Missing:
     def _others(self):
         """Return where the next longest gaps begin, in words."""
         rest = sorted((p for p in self.places if not p[0] <= self.longest_at_s < p[1]),
-                      key=lambda p: p[0] - p[1])[:TOLD]
+                      key=lambda p: p[0] - p[1])[:NAMED]
         if not rest:
             return ''
         more = self.gaps - 1 - len(rest)
