@@ -107,7 +107,8 @@ def short(records, *seconds):
               f'{p.min():.2g} | {(time.process_time() - begin) / len(found):.1f} |', flush=True)
 
 
-# of d' = 8 in 600 s beside an exact model (`ssi_ros identifiability`)
+# of d' = 8 in 600 s beside an exact model (`ssi_ros identifiability`), but the line: it stands
+# beside a mode, where its d' is less
 EFFECTS = ('stiffness_scale:scale=1.0016', 'hub_inertia:scale=1.055', 'sensor_gain:channel=e2_b,'
            'scale=1.006', 'damping_scale:scale=1.115', 'channel_delay:channel=e2_b,'
            'delay_s=0.00011', 'harmonic_disturbance:frequency_hz=12.345,torque_n_m=0.037',

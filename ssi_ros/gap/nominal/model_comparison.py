@@ -44,7 +44,7 @@ class ModelComparison(Comparison):
     """A model beside a record; see `ssi_ros.gap.comparison.Comparison`."""
 
     kind = 'model'
-    built, parameters = staticmethod(answer.built), parameters
+    built, parameters = staticmethod(answer.built), parameters  # the latter a method
 
     def __init__(self, simulator, record, settings, effects, levels, progress, prior=None):
         self.simulator, self.record, self.settings = simulator, record, settings

@@ -111,8 +111,8 @@ def replacements(scores, candidate):
 def rivals(ranked, count):
     """Return the best fitted effect of each of the first kinds."""
     every = [e for r in ranked for e in r.fit.candidate.effects]
-    first = dict.fromkeys(e.name for e in every)
-    return [next(e for e in every if e.name == name) for name in first][:count]
+    first = {e.name: e for e in reversed(every)}
+    return [first[name] for name in dict.fromkeys(e.name for e in every)][:count]
 
 
 def promising_pairs(scores, count):
