@@ -7,6 +7,7 @@ GAIN = 0.02             # of the log likelihood: less moves no estimate by more 
 LEAST_INFORMATION = 1e-4    # coordinates that are not determined deviate by 100 of their scales
 TRIALS = 6              # of a step, each more damped than the one before
 FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-3, 1e-6, 1e6     # of the information's diagonal
+HOPE = 4.0              # times what a quadratic promises: more is not expected of a climb
 
 
 class Place(Protocol):
@@ -22,25 +23,26 @@ class Place(Protocol):
         """Return the place at other coordinates; None where the model cannot exist."""
 
 
-def maximise(here, caps, steps):
+def maximise(here, caps, steps, least=-np.inf):
     """
     Climb from a Place to the nearest maximum of the likelihood, in steps of at most `caps`, (p,).
 
-    Returns the place, None where a step is not finite, and the Fisher information (p, p) last
-    used.
+    After a step the climb ends where it will hardly come to a likelihood of `least`. Returns the
+    place, None where a step is not finite, and the Fisher information (p, p) last used.
     """
     damping, limit = FIRST_DAMPING, GAIN
     # a direction that the record hardly determines must not take the whole of a step
-    least = np.diag(1 / caps ** 2)
+    weak = np.diag(1 / caps ** 2)
     for number in range(steps + 1):
         score, information = here.gradient()
         promised = score @ np.linalg.pinv(information, hermitian=True) @ score / 2
-        if promised < limit or number == steps:
+        if promised < limit or number == steps or (
+                number and here.value is not None and here.value + HOPE * promised < least):
             break
         diagonal = np.diag(np.diag(information) + 1e-12)
         gain = 0.0
         for _ in range(TRIALS):
-            step = np.linalg.solve(information + damping * diagonal + least, score)
+            step = np.linalg.solve(information + damping * diagonal + weak, score)
             if not np.all(np.isfinite(step)):
                 return None, information
             step = step * min(1.0, np.min(caps / np.maximum(np.abs(step), 1e-300)))

@@ -28,7 +28,9 @@ MAY_IMPORT = {            # layer: the layers that it may import, besides itself
     # parts of the diagnosis kept beside it: what a model does not know of itself, free levels of a
     # recording, single events
     'gap': {'records', 'model', 'effects', 'identify', 'updating', 'levels', 'events', 'regimes',
-            'integrity', 'open_set', 'inputs'},
+            'integrity', 'open_set', 'inputs', 'bootstrap'},
+    'bootstrap': {'records', 'effects', 'events', 'gap', 'inputs', 'integrity', 'levels',
+                  'open_set'},
     'inputs': {'records', 'model', 'effects', 'gap', 'integrity', 'updating'},
     'updating': {'records', 'model', 'effects', 'gap', 'integrity'},
     'levels': {'gap'},

@@ -43,7 +43,8 @@ def blocks(samples, missing=None):
                    missing[part])
 
 
-def search(simulator, fitted, samples, settings, names, missing=None, odd=True, also=None):
+def search(simulator, fitted, samples, settings, names, missing=None, odd=True, also=None,
+           filters=None):
     """
     Search all blocks of a record for effects by name, and for what no effect makes.
 
@@ -59,6 +60,8 @@ def search(simulator, fitted, samples, settings, names, missing=None, odd=True, 
         Whether anomalies are searched.
     also : callable, optional
         Called with every Reconstruction.
+    filters : dict, optional
+        Of `reconstruct`, of a fit near by: kept, and used where they are there already.
 
     Returns
     -------
@@ -66,7 +69,7 @@ def search(simulator, fitted, samples, settings, names, missing=None, odd=True, 
         Of effects, and of no effect.
 
     """
-    found, others, filters = [], [], {}
+    found, others, filters = [], [], {} if filters is None else filters
     for at_s, part, gone in blocks(samples, missing):
         inputs = reconstruct(simulator, fitted, part, settings, gone, filters)
         found.append((at_s, detect_in_input(inputs, names) + detect_in_spectrum(

@@ -2,9 +2,9 @@
 from gap_records import evidence_of, record
 import numpy as np
 import pytest
+from ssi_ros.bootstrap.indirect_inference import indirect_estimate
 from ssi_ros.effects import parse_effect
 from ssi_ros.gap.candidate import Candidate
-from ssi_ros.gap.inference.indirect_inference import indirect_estimate
 from ssi_ros.gap.inference.model_fit import fit
 from ssi_ros.updating.model_uncertainty import no_uncertainty
 

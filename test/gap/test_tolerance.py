@@ -4,11 +4,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from ssi_ros.bootstrap.indirect_inference import IndirectEstimate
+from ssi_ros.bootstrap.parametric_bootstrap import bootstrap_floor, BootstrapTests
 from ssi_ros.effects import inject, parse_effect, simulate_setup
 from ssi_ros.gap.candidate import Candidate
-from ssi_ros.gap.inference.indirect_inference import IndirectEstimate
 from ssi_ros.gap.inference.model_fit import fit
-from ssi_ros.gap.inference.parametric_bootstrap import bootstrap_floor, BootstrapTests
 from ssi_ros.gap.inference.score_test import make_templates
 from ssi_ros.gap.inference.unmodelled.templates import make_change_templates
 from ssi_ros.gap.inference.whittle import Evidence, whiten

@@ -2,11 +2,11 @@
 from gap_records import look
 import numpy as np
 import pytest
+from ssi_ros.bootstrap.parametric_bootstrap import Floor
 from ssi_ros.effects import parse_effect
 from ssi_ros.gap.detectors import anomalies, detect_in_input
 from ssi_ros.gap.detectors.amplitude_modulation import modulation_by_chance
 from ssi_ros.gap.detectors.input_reconstruction import reconstruct, Reconstruction
-from ssi_ros.gap.inference.parametric_bootstrap import Floor
 
 
 LINE, CHIRP, IMPULSES, MODULATION = (

@@ -37,17 +37,20 @@ class Fit:
         return replace(self, model=self.plain, errors=np.zeros(len(self.errors)))
 
 
-def fit(simulator, evidence, candidate=Candidate(), levels=None, steps=STEPS, uncertainty=None):
+def fit(simulator, evidence, candidate=Candidate(), levels=None, steps=STEPS, uncertainty=None,
+        least=-np.inf):
     """
     Maximise the likelihood of an Evidence over a candidate's numbers and the levels.
 
     Begins at the candidate, without effects the levels alone, and at `levels`, 1 if not given. The
-    numbers of a ModelUncertainty are fitted beside, eq. (117). Returns a Fit, or None if the
-    candidate cannot be computed where it begins.
+    numbers of a ModelUncertainty are fitted beside, eq. (117). A fit that will hardly come to a
+    likelihood of `least` ends early. Returns a Fit, or None if the candidate cannot be computed
+    where it begins.
     """
     for _ in range(1 + JITTER_ROUNDS):
         side = simulator.with_motion_of(evidence, candidate, levels)
-        found = _climb(_Problem(side, evidence, uncertainty), candidate, levels, steps)
+        problem = _Problem(side, evidence, uncertainty, least=least)
+        found = _climb(problem, candidate, levels, steps)
         if side is simulator or found is None:
             break
         candidate, levels = found.candidate, found.levels
@@ -80,6 +83,7 @@ class _Problem:
     evidence: object
     uncertainty: object
     keep: bool = False
+    least: float = -np.inf
 
 
 def _climb(problem, candidate, levels, steps, known=None):
@@ -93,7 +97,7 @@ def _climb(problem, candidate, levels, steps, known=None):
     if not np.isfinite(here.value):
         return None
     caps = np.concatenate([np.full(len(logs), LONGEST), LONGEST * scales])
-    here, information = maximise(here, caps, steps)
+    here, information = maximise(here, caps, steps, problem.least)
     if here is None:
         return None
     return Fit(

@@ -104,7 +104,7 @@ def tail_of_largest(found, largest, least=0.0):
     return float(-np.expm1(effective * np.log1p(-2 * norm.sf(found))))
 
 
-def score(templates, fitted, evidence, uncertainty, here=None):
+def score(templates, fitted, evidence, uncertainty, here=None, skewed=True):
     """Return the Scores of all templates around a Fit; `here` are Directions of one near by."""
     record = uncertainty.taken_out(whiten(fitted.plain, evidence))
     here = here or directions(templates, fitted, evidence, uncertainty)
@@ -127,7 +127,7 @@ def score(templates, fitted, evidence, uncertainty, here=None):
         for i, part in here.modulation.items():
             raw[i] += evidence.each_of * np.sum(part * each) / evidence.frame.inflation
     z, skewness = raw / here.spread, np.zeros(len(raw))
-    far = np.flatnonzero(np.abs(z) > FAR)
+    far = np.flatnonzero(np.abs(z) > (FAR if skewed else np.inf))
     skewness[far] = here.skewness(far)
     return Scores(templates.effects, z, raw / here.spread ** 2, here.spread, here.cosine,
                   skewness)

@@ -32,6 +32,8 @@ class InferenceLimits:
     # parametric_bootstrap
     pooled_records: Threshold = Threshold(
         3.0, '1', 'engineering choice: weight of the variance of all scores, beside five records')
+    asked_again: Threshold = Threshold(
+        0.05, '1', 'engineering choice: p-value of an anomaly that is simulated')
     # indirect_inference
     estimate_std: Threshold = Threshold(
         1.5, 'std', 'two of the standard deviation of a mean of two records, sqrt(1 / 2)')

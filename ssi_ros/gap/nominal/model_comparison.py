@@ -5,6 +5,10 @@ from functools import cached_property
 import numpy as np
 from scipy.stats import norm
 
+from ssi_ros.bootstrap.correction import corrected
+from ssi_ros.bootstrap.indirect_inference import indirect_estimate
+from ssi_ros.bootstrap.parametric_bootstrap import bootstrap_floor, BootstrapTests
+from ssi_ros.bootstrap.score_scatter import scatter_of
 from ssi_ros.effects import effect_class, left_out, places
 from ssi_ros.effects.equivalent_hinges import equivalent_hinges
 from ssi_ros.events.blocks import explained_below_band, search
@@ -14,16 +18,13 @@ from ssi_ros.gap.comparison import Comparison
 from ssi_ros.gap.detectors import tests_of
 from ssi_ros.gap.detectors.data_faults import faults_beside_model
 from ssi_ros.gap.inference.goodness_of_fit import measure
-from ssi_ros.gap.inference.indirect_inference import indirect_estimate
 from ssi_ros.gap.inference.model_fit import best_starts, fit, fit_again, STEPS
-from ssi_ros.gap.inference.parametric_bootstrap import bootstrap_floor, BootstrapTests
-from ssi_ros.gap.inference.score_scatter import scatter_of
-from ssi_ros.gap.inference.score_test import score
+from ssi_ros.gap.inference.score_test import directions, score
 from ssi_ros.gap.inference.unmodelled.scores import detect_change, score_changes
 from ssi_ros.gap.nominal import (
     model_answer as answer, model_location as location, starting_points as starts)
 from ssi_ros.gap.nominal.simulator import implausible_levels
-from ssi_ros.gap.selection.evidence import log_posterior, log_prior_ratio
+from ssi_ros.gap.selection.evidence import log_prior_ratio
 from ssi_ros.gap.selection.localisation import locate
 from ssi_ros.gap.selection.search import PAIRS_TO_FIT, RIVALS
 from ssi_ros.gap.selection.thresholds import SELECTION as LIMITS
@@ -44,7 +45,7 @@ class ModelComparison(Comparison):
     """A model beside a record; see `ssi_ros.gap.comparison.Comparison`."""
 
     kind = 'model'
-    built, parameters = staticmethod(answer.built), parameters  # the latter a method
+    built, parameters, corrected = staticmethod(answer.built), parameters, corrected   # methods
 
     def __init__(self, simulator, record, settings, effects, levels, progress, prior=None):
         self.simulator, self.record, self.settings = simulator, record, settings
@@ -60,7 +61,8 @@ class ModelComparison(Comparison):
         self.mismatch = as_reason(faults) or (
             '' if record.detections else implausible_levels(levels))
         self.doubtful = bool(self.mismatch) and {f.kind for f in faults} <= {'scan skew'}
-        self._fits, self._residuals, self._estimates = {}, {}, {}
+        self._best, self._fits, self._estimates = -np.inf, {}, {}
+        self._residuals, self._beside_floor = {}, {}
 
     @cached_property
     def templates(self):
@@ -96,9 +98,13 @@ class ModelComparison(Comparison):
             half = spectra.only(spectra.segments[fold::2])
             return answer.fit_of(fit_again(simulator, half, start.state, REFIT_STEPS,
                                            side.uncertainty), side)
-        steps, around = (STEPS, side.around(candidate, levels, self.settings)) if thorough else (
-            FIRST_STEPS, side.uncertainty)
-        return answer.fit_of(fit(side.simulator, spectra, candidate, levels, steps, around), side)
+        if thorough:
+            return answer.fit_of(fit(side.simulator, spectra, candidate, levels, STEPS,
+                                     side.around(candidate, levels, self.settings)), side)
+        found = fit(side.simulator, spectra, candidate, levels, FIRST_STEPS, side.uncertainty,
+                    self._best - LIMITS['hopeless'].value)
+        self._best = max(self._best, found.likelihood if found else -np.inf)
+        return answer.fit_of(found, side)
 
     def goodness_of_fit(self, fit, fold=None):
         """Measure the gap, of all segments or of those that a fold left out."""
@@ -127,12 +133,20 @@ class ModelComparison(Comparison):
 
     def score_test(self, fit):
         """Score all effects at once around a fit."""
-        found = self._scores(fit.state, self.side(fit), self.templates_of(fit))
         # what is the opposite of an effect may be what is not known of the model
-        return answer.score_test_of(found, self.scatter.scores, bool(self.prior))
+        return answer.score_test_of(self._scores(
+            fit.state, self.side(fit), self.templates_of(fit)), self.scatter.scores,
+            bool(self.prior))
 
     def _scores(self, state, side, of=None):
-        return score(of or self.templates, state, self.record.spectra, side.uncertainty)
+        here = self.directions if state.plain is self.null.state.plain else None
+        return score(of or self.templates, state, self.record.spectra, side.uncertainty, here)
+
+    @cached_property
+    def directions(self):
+        """Return the templates as the model without effects whitens them."""
+        spectra, side = self.record.spectra, self.here
+        return directions(self.templates, self.null.state, spectra, side.uncertainty)
 
     @cached_property
     def scatter(self):
@@ -142,11 +156,18 @@ class ModelComparison(Comparison):
 
     def residual(self, fit, simulated=True):
         """Run all tests; if they fail, against what the fit leaves of records it simulates."""
-        if (id(fit), simulated) not in self._residuals:
-            self._residuals[id(fit), simulated] = fit, self._residual(fit, simulated)
-        return self._residuals[id(fit), simulated][1]
+        if id(fit) not in self._residuals:
+            self._residuals[id(fit)] = fit, *self._tested(fit)
+        found, tests = self._residuals[id(fit)][1:]
+        if not simulated or fit is self.null or (
+                found.p_value >= LIMITS['second_effect_p'].value):
+            return found
+        if id(fit) not in self._beside_floor:
+            self._beside_floor[id(fit)] = self._against_floor(fit, *tests)
+        return self._beside_floor[id(fit)]
 
-    def _residual(self, fit, simulated):
+    def _tested(self, fit):
+        """Return the Residual of all tests, and what of them a floor is asked for."""
         test, gap = self.score_test(fit), self.goodness_of_fit(fit)
         found, odd, trials = self.detections(fit)
         spectra, side = self.record.spectra, self.side(fit)
@@ -154,24 +175,26 @@ class ModelComparison(Comparison):
         errors = side.chance_of_errors(fit.state, spectra.frame)
         p_values = float(norm.sf(gap.deviations)), gap.local_p_value(spread=self.scatter.bands)
         every = odd + detect_change(replace(changes, z=changes.z / self.scatter.changes))
-        residual = answer.joined_tests(test, gap, (*p_values, errors), found, every, trials)
-        enough = residual.p_value >= LIMITS['second_effect_p'].value
-        if not simulated or fit is self.null or enough:
-            return residual
-        floor = self.simulated_floor(fit, found, True)
+        return answer.joined_tests(test, gap, (*p_values, errors), found, every, trials), (
+            test, gap, errors, changes, found, odd, trials)
+
+    def _against_floor(self, fit, test, gap, errors, *rest):
+        """Return the Residual beside what the fit leaves of records that it simulates."""
+        changes, found, odd, trials = rest
+        floor = self.simulated_floor(fit, found, odd)
         scores, p_values, found, odd = floor.against(test.state, changes, gap, found, odd)
         test = answer.score_test_of(scores, signed=bool(self.prior))
         return replace(answer.joined_tests(
             test, gap, (*p_values, errors), found, odd, trials), floor=floor)
 
-    def simulated_floor(self, fit, detections=(), odd=False):
+    def simulated_floor(self, fit, detections=(), odd=()):
         """Return what a fit leaves of records that it simulates."""
         side = self.side(fit)
-        return bootstrap_floor(side.simulator, fit.state, self._estimate(fit), BootstrapTests(
-            self.templates_of(fit), self.unmodelled, side.uncertainty, self.settings,
-            detections, odd))
+        return bootstrap_floor(side.simulator, fit.state, self.indirect(fit), BootstrapTests(
+            self.templates_of(fit), self.unmodelled, side.uncertainty, self.settings, detections,
+            odd))
 
-    def _estimate(self, fit):
+    def indirect(self, fit):
         """Return the indirect-inference estimate of a fit."""
         if id(fit) not in self._estimates:
             side = self.side(fit)
@@ -181,7 +204,7 @@ class ModelComparison(Comparison):
 
     def estimate(self, fit, residual):
         """Return what a simulator has to be given, with its scatter."""
-        found = self._estimate(fit)
+        found = self.indirect(fit)
         return replace(found, spread=found.spread * residual.floor.std_ratio) if (
             residual.floor) else found
 
@@ -230,30 +253,6 @@ class ModelComparison(Comparison):
     def indistinguishable(self, found, candidate):
         """Return candidates with one effect replaced by a nearly indistinguishable one."""
         return tuple(starts.replacements(found.score_test.state, candidate))
-
-    def corrected(self, ranked):
-        """Correct candidates by what their approximate spectra lose on their own records."""
-        # the best explains nothing: another law may do so whose linear equivalent is worse
-        best, others, found = ranked[0], [], {}
-        promising = (best.fit.log_likelihood + self.null.log_likelihood) / 2
-        for r in ranked:
-            if r is not best and (
-                    r.fit.log_likelihood <= promising or not r.fit.candidate.nonlinear
-                    or r.log_evidence + LIMITS['largest_correction'].value * self._estimate(
-                        r.fit).deficit < max(f.log_evidence for f in found)
-                    - LIMITS['pruning_margin'].value):
-                others.append(r)
-                continue
-            floor, correction = self.residual(r.fit).floor, 0.0
-            if floor and r.fit.candidate.nonlinear:
-                # the same random numbers cost an exact spectrum as much by chance
-                exact = [k.deficit for f, k in found.items() if k and (
-                    not f.fit.candidate.nonlinear)]
-                exact = exact[0] if exact else self.simulated_floor(self.null).deficit
-                correction = max(floor.deficit - exact, 0.0)
-            found[replace(r, correction=correction)] = floor
-        count = len(self.effects)
-        return sorted([*found, *others], key=lambda r: -log_posterior(r, self.settings, count))
 
     def below_the_band(self, detection):
         """Return whether a detection is at frequencies that no fit uses."""

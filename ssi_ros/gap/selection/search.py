@@ -57,7 +57,7 @@ class Search:
     def wants_another(self, best, residual):
         """Return whether what the best candidate leaves calls for a second effect."""
         # an approximate form leaves something; an exact one is asked at the usual level
-        limit = 'residual_p' if best.fit.candidate.approximation else 'second_effect_p'
+        limit = 'residual_p' if _is_approximate(best) else 'second_effect_p'
         return residual.p_value < LIMITS[limit].value
 
     def with_pairs(self, ranked, residual):
@@ -78,7 +78,7 @@ class Search:
         both = [replace(r, correction=single.correction)
                 if set(single.names) <= set(r.names) else r for r in found]
         # what an approximate form leaves, any second one takes some of
-        margin = LIMITS['approximate_pair'].value * bool(single.fit.candidate.approximation)
+        margin = LIMITS['approximate_pair'].value * _is_approximate(single)
         both = [r for r in both if self.order(single) - self.order(r) > margin or not margin]
         ranked = sorted(ranked + both, key=self.order)
         if ranked[0] is not single:
@@ -125,3 +125,9 @@ class Search:
             elif near and len(kept) < PLACES:
                 kept.append(r)
         return sorted((r for kept in found.values() for r in kept), key=self.order)
+
+
+def _is_approximate(ranked):
+    """Return whether the expected spectrum of a candidate leaves something of its own record."""
+    candidate = ranked.fit.candidate
+    return bool(candidate.approximation) or candidate.nonlinear

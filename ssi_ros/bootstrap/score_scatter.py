@@ -52,7 +52,7 @@ def scatter_of(simulator, fitted, evidence, tests):
         gap = measure(fitted.model, record, settings.band_bins)
         bands.append(gap.bands)
         found.append((
-            score(tests.templates, fitted, record, uncertainty, here).z,
+            score(tests.templates, fitted, record, uncertainty, here, False).z,
             score_changes(tests.changes, fitted, record, uncertainty, of_changes).z,
             gap.deviations))
     top = np.mean(bands, axis=0) + TAIL * np.std(bands, axis=0)

@@ -9,11 +9,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import norm
 
+from ssi_ros.bootstrap.indirect_inference import simulated_records
 from ssi_ros.events.blocks import search
 from ssi_ros.gap.detectors.amplitude_modulation import Modulation, modulation_by_chance
 from ssi_ros.gap.detectors.thresholds import LIMITS as DETECTION
 from ssi_ros.gap.inference.goodness_of_fit import measure
-from ssi_ros.gap.inference.indirect_inference import simulated_records
 from ssi_ros.gap.inference.model_fit import fit_again
 from ssi_ros.gap.inference.score_test import directions, score
 from ssi_ros.gap.inference.thresholds import LIMITS
@@ -102,12 +102,14 @@ class BootstrapTests:
     uncertainty: object         # ModelUncertainty, fitted beside
     settings: object            # DiagnosisSettings
     detections: tuple = ()      # of the record, to be found again
-    anomalies: bool = False     # whether detections of no effect are wanted too
+    anomalies: tuple = ()       # those of no effect, as well
 
-    def found(self, simulator, fitted, samples):
+    def found(self, simulator, fitted, samples, filters):
         """Return name and p-value of detections, and modulation by chance, in a record."""
-        names = tuple(d.effect for d in self.detections)
-        if not (names or self.anomalies):
+        # simulated records take certainty away: what is not certain is not asked again
+        names = tuple(d.effect for d in self.detections if d.p_value <= DETECTION.p_value.value)
+        odd = any(a.p_value <= LIMITS.asked_again.value for a in self.anomalies)
+        if not (names or odd):
             return [], []
         if simulator.recorded:
             simulator, samples = remainder(simulator, samples, fitted.levels, fitted.candidate)
@@ -115,7 +117,7 @@ class BootstrapTests:
                    if isinstance(d, Modulation) and fitted.candidate.nonlinear]
         by_chance = []
         found, odd = search(
-            simulator, fitted, samples, self.settings, names, odd=self.anomalies,
+            simulator, fitted, samples, self.settings, names, odd=odd, filters=filters,
             also=lambda one: by_chance.extend(modulation_by_chance(one, p) for p in periods))
         return [(d.effect or d.basis, d.p_value) for d in found + odd], by_chance
 
@@ -124,21 +126,21 @@ def bootstrap_floor(simulator, best, estimate, tests):
     """Return the Floor of a Fit: records of its IndirectEstimate tested against their own fits."""
     uncertainty, bins = tests.uncertainty, tests.settings.band_bins
     z, changes, meters, halves, found, modulation, points = [], [], [], [], {}, [], []
-    here = None
+    here, filters = None, {}
     for samples, evidence in simulated_records(simulator, estimate, SEED, RECORDS):
         again = fit_again(simulator, evidence, best, REFIT_STEPS, uncertainty)
         points.append(again.candidate.point())
-        # all five fits are near each other: templates whitened by the first will do
+        # all five fits are near each other: templates and filters of the first will do
         here = here or (directions(tests.templates, again, evidence, uncertainty),
                         change_directions(tests.changes, again, evidence, uncertainty))
-        z.append(score(tests.templates, again, evidence, uncertainty, here[0]).z)
+        z.append(score(tests.templates, again, evidence, uncertainty, here[0], False).z)
         changes.append(score_changes(tests.changes, again, evidence, uncertainty, here[1]).z)
         meters.append(measure(uncertainty.raised(again.model, evidence), evidence, bins))
         # errors of the model that are fitted to a half cost on the other half
         halves.append(above_floor([measure(*held_out(fit_again(
             simulator, evidence.only(evidence.segments[i::2]), again, REFIT_STEPS, uncertainty),
             evidence, i), bins) for i in (0, 1)]))
-        named, by_chance = tests.found(simulator, again, samples)
+        named, by_chance = tests.found(simulator, again, samples, filters)
         modulation += by_chance
         for name, p_value in named:
             found.setdefault(name, []).append(p_value)
