@@ -1,9 +1,9 @@
 """
 Nonlinear hinges integrated by Runge and Kutta: none of the package's hinge code.
 
-Mass, damping and stiffness with the angle of the hinge as a freedom are those of the package,
-and so
-are the random forces, held over a sample. What the hinge does beside its linear stiffness is here.
+Mass, damping and stiffness with the angle of the hinge as a freedom are those of the package, and
+so are the random forces, held over a sample. What the hinge does beside its linear stiffness is
+here.
 The fastest freedom of the array stands for the give of all that are left out: neither channels nor
 hub feel it, as in the modes of a linear hinge.
 """
@@ -19,7 +19,7 @@ from ssi_ros.model.excitation import begin_all, generator, total_covariance
 from ssi_ros.model.structure import assemble
 from ssi_ros.records import Samples
 
-SUBSTEPS = 50           # of a sample: 20 a period of the fastest freedom
+SUBSTEPS = 50, 200, 800     # of a sample: 20 a period of the fastest freedom, or what a law needs
 WARM_UP_S = 150.0       # from rest: the slowest mode has decayed by e^-1.7 then, power by e^-3.4
 SLIDERS = 8             # of an Iwan element
 CHAIN = 6               # springs with dashpots that make a fractional derivative of order 1/2
@@ -49,11 +49,14 @@ def simulate_hinge(spacecraft, hinge, duration_s, seed):
     numbers = np.zeros(1) if hinge.law == 'linear' else numbers_of(
         hinge, *linear_motion(hinge.array, hinge.stiffness_n_m_rad))
     system = _system(spacecraft, hinge.array, hinge.stiffness_n_m_rad)
-    acceleration = integrate(system, hinge.array, duration_s, seed, hinge.law, numbers)
+    for parts in SUBSTEPS:
+        acceleration = integrate(system, hinge.array, duration_s, seed, hinge.law, numbers, parts)
+        if np.isfinite(acceleration).all():
+            break
+    else:
+        raise ValueError(f'{hinge} is too stiff for the step; raise SUBSTEPS')
     noise = next(s for s in system.chain if s.name == 'sensor_noise').begin(
         system.rate_hz, generator(seed, 'sensor_noise'))(np.zeros_like(acceleration))
-    if not np.isfinite(acceleration).all():
-        raise ValueError(f'{hinge} is too stiff for the step; raise SUBSTEPS')
     return Samples(acceleration + noise, system.rate_hz, system.channels), acceleration
 
 
@@ -73,15 +76,15 @@ def _system(spacecraft, array, stiffness):
                     explicit_hinges=True)
 
 
-def integrate(system, array, duration_s, seed, law, numbers):
-    """Return channels without noise, (n, l)."""
+def integrate(system, array, duration_s, seed, law, numbers, parts):
+    """Return channels without noise, (n, l), in so many steps a sample."""
     before, rows = round(WARM_UP_S * system.rate_hz), round(duration_s * system.rate_hz)
     forces = begin_all(system.excitation, system.rate_hz, system.inputs, seed)(0, before + rows)
     mass, damping, stiffness, act, sensor, turn = matrices_of(system, array)
     inverse = np.linalg.inv(mass)
     acceleration = _march(
         -inverse @ stiffness, -inverse @ damping, forces @ (inverse @ act).T, inverse @ turn,
-        turn, 1 / system.rate_hz / SUBSTEPS, LAWS.index(law), numbers)
+        turn, 1 / system.rate_hz, parts, LAWS.index(law), numbers)
     return (acceleration @ sensor.T)[before:]
 
 
@@ -163,16 +166,16 @@ def _torque(kind, p, angle, speed, inner, rate):
 
 
 @njit(cache=True, fastmath={'contract', 'reassoc', 'nsz'})
-def _march(stiff, damp, drive, kick, turn, step, kind, p):
+def _march(stiff, damp, drive, kick, turn, sample_s, parts, kind, p):
     """Integrate by the classical scheme of order 4; return accelerations."""
-    count, n = drive.shape
+    step, (count, n) = sample_s / parts, drive.shape
     q, v, inner = np.zeros(n), np.zeros(n), np.zeros(SLIDERS)
     x, y, z, a, rate = q.copy(), q.copy(), inner.copy(), q.copy(), inner.copy()
     sums = np.zeros((2, n)), np.zeros(SLIDERS)
     out = np.empty((count, n))
     ahead, weights = (0.0, 0.5, 0.5, 1.0), (1 / 6, 1 / 3, 1 / 3, 1 / 6)
     for k in range(count):
-        for part in range(SUBSTEPS):
+        for part in range(parts):
             sums[0][:], sums[1][:] = 0.0, 0.0
             for s in range(4):
                 w = ahead[s] * step

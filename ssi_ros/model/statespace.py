@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 SETTLES_S = 3600.0
+LEAST_TURN = 0.1        # radians in a record, from which a pole turns at all
 WORST_CONDITION = 1e8       # of the eigenvectors; half of the digits of a double are left
 
 
@@ -132,6 +133,16 @@ class Sampled:
             d=self.d - np.outer(column, row), vectors=np.pad(self.vectors, ((0, 0), (0, 1))),
             inverse=np.pad(self.inverse, ((0, 1), (0, 0))))
 
+    def within(self, rows):
+        """
+        Return the system whose poles that turn and hardly decay settle in so many rows, eq. (23b).
+
+        A nutation from rest grows over a record of n rows to n / 2 times what one sample excites
+        in the mean, as a mode of the pole e^(-1/n) has it at all times.
+        """
+        factors = settling(self.poles, self.rate_hz, rows)
+        return self if np.all(factors == 1.0) else replace(self, poles=self.poles * factors)
+
     def response(self, z):
         """Return the transfer function at every z = exp(j omega dt), (f, l, m), eq. (22)."""
         poles, c, b, _ = self._both()
@@ -154,6 +165,14 @@ class Sampled:
                 np.hstack([self.c, self.c[:, pair].conj()]),
                 np.vstack([self.b, self.b[pair].conj()]),
                 np.hstack([self.vectors, self.vectors[:, pair].conj()]))
+
+
+def settling(poles, rate_hz, rows):
+    """Return the factors of poles (n,) that settle within so many rows; see `Sampled.within`."""
+    sizes = np.abs(poles)
+    lasting = (1 - sizes < 1 / (SETTLES_S * rate_hz)) & (
+        np.abs(np.angle(poles)) * rows > LEAST_TURN)
+    return np.where(lasting, np.exp(-1 / rows) / np.where(lasting, sizes, 1.0), 1.0)
 
 
 def stationary_divisor(poles, rate_hz, turn=1.0):

@@ -10,7 +10,6 @@ from ssi_ros.open_set.outliers import spikes, switching_input
 from ssi_ros.open_set.products import modulation, of_channel, of_mode, slow_variation
 from ssi_ros.open_set.spectra import modes_of
 
-EDGES = 2               # tapers from both ends of a record in which nothing is asked
 FASTEST_HZ = 1.0        # modulation that is tried
 LEAST = 1e-300          # p-value: smaller ones would have no logarithm
 LARGEST = 0.95          # p-value: one would have the tangent of minus infinity
@@ -38,7 +37,7 @@ class Finding:
     text: str
 
 
-def findings(record, input_values, inside):
+def findings(record, input_values, rows, edge):
     """
     Return one Finding of every family.
 
@@ -48,8 +47,10 @@ def findings(record, input_values, inside):
         A record beside a model.
     input_values : ndarray, shape (k,)
         Spectrum of its first input, whitened.
-    inside : slice
-        Samples that the taper does not disturb.
+    rows : ndarray of int, shape (n,)
+        Samples that the taper does not disturb, and that were recorded.
+    edge : float
+        Share of the record, at both ends, in which nothing is asked.
 
     Returns
     -------
@@ -57,13 +58,12 @@ def findings(record, input_values, inside):
 
     """
     modes = modes_of(record)
-    edge = EDGES * inside.start / record.rows
     of_modes = [of_mode(m, record.duration_s, FASTEST_HZ, edge) for m in modes]
     numbers = [p for m in of_modes for p in m.pair]
     gains = [of_channel(record, i, FASTEST_HZ, edge) for i in range(len(record.channels))]
     found = {
-        'curve': channel_curve(record, edge), 'spikes': spikes(record, inside),
-        'input': switching_input(record, input_values, inside), 'jump of a gain': jump(gains),
+        'curve': channel_curve(record, edge), 'spikes': spikes(record, rows),
+        'input': switching_input(record, input_values, rows), 'jump of a gain': jump(gains),
         'modulation of a gain': modulation(gains),
         'slow variation of a gain': slow_variation(gains)}
     # a short record holds no mode that decays often enough in it

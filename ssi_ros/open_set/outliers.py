@@ -9,6 +9,7 @@ ALONE = 0.6             # share of all channels that one has where it jumps alon
 CLEAR = 1e-4            # p-value from which a jump is named
 FACTORIAL = {3: 6.0, 4: 24.0}
 CORNERS_HZ = 0.5, 2.0, 8.0      # of the low-passed input
+FEWEST = 200            # samples, below which nothing is asked of their distribution
 
 
 def _cumulant(series, order):
@@ -46,9 +47,11 @@ def of_kurtosis(z, skewness):
                  / np.sqrt(2 / (9 * a)))
 
 
-def spikes(record, inside):
+def spikes(record, rows):
     """Return p-value and text of samples, of one channel or of all, that no neighbour explains."""
-    v = np.stack([record.series(a) for a in record.adjoint.T], axis=1)[inside]
+    v = np.stack([record.series(a) for a in record.adjoint.T], axis=1)[rows]
+    if len(rows) < FEWEST:
+        return 1.0, 'too little is recorded'
     count = v.shape[1]
     white = v @ np.linalg.inv(np.linalg.cholesky(v.T @ v / len(v))).T
     joint = (white ** 2).sum(axis=1)
@@ -57,21 +60,23 @@ def spikes(record, inside):
     tails = (chi2.sf(joint[at], count) * len(v), chi2.sf(single[row, channel], 1) * v.size)
     z = np.array([_cumulant(c, 4) for c in v.T])
     p_values = (*(min(1.0, t) for t in tails), two_sided(z, len(z)))
-    alone, later = single[row, channel] > ALONE * joint[at], inside.start
+    alone = single[row, channel] > ALONE * joint[at]
     best = int(alone) if min(tails) < CLEAR else int(np.argmin(p_values))
-    texts = (f'all channels together jump at {(later + at) / record.rate_hz:.2f} s',
+    texts = (f'all channels together jump at {rows[at] / record.rate_hz:.2f} s',
              f'channel {record.channels[channel]} jumps at '
-             f'{(later + row) / record.rate_hz:.2f} s',
+             f'{rows[row] / record.rate_hz:.2f} s',
              f'channel {record.channels[int(np.argmax(np.abs(z)))]} has more large and small '
              'errors than noise')
     return min(1.0, len(p_values) * min(p_values)), texts[best]
 
 
-def switching_input(record, adjoint, inside):
+def switching_input(record, adjoint, rows):
     """Return p-value and text of an input, of this adjoint (k,), that is not Gaussian."""
     z = []
+    if len(rows) < FEWEST:
+        return 1.0, 'too little is recorded'
     for corner_hz in (*CORNERS_HZ, np.inf):
-        series = record.series(adjoint / (1 + (record.frequencies_hz / corner_hz) ** 4))[inside]
+        series = record.series(adjoint / (1 + (record.frequencies_hz / corner_hz) ** 4))[rows]
         z += [_cumulant(series, 3), _cumulant(series, 4)]
     best = int(np.argmax(np.abs(z)))
     corner_hz = (*CORNERS_HZ, np.inf)[best // 2]

@@ -16,7 +16,7 @@ from ssi_ros.gap.candidate import Candidate
 from ssi_ros.quantity import quantity
 from ssi_ros.updating.fit import fit_errors
 
-LEAST_GAIN = 5.0        # nats of evidence for a colour: odds of 150 to 1
+CLEAR = 5.0             # nats of evidence, from which errors are fitted anew under a colour
 WHITE = 10.0            # corners so many times the rate change a power by less than 0.3 %
 TRIED = 4               # steps of a first fit
 VAGUE = 1.0             # deviation of the logarithm of a corner that says nothing of it
@@ -63,10 +63,12 @@ def with_colour(spacecraft, samples, found, settings, **beside):
     Returns
     -------
     spacecraft : Spacecraft
-        As it was, where no colour is more probable, or where it states one.
+        As it was, where no colour is more likely, or where it states one.
     found : ErrorFit
 
     """
+    # A colour of which recordings say little is kept with what they leave unknown of it: white and
+    # certain it would be an effect in the next one.
     stated = spacecraft.excitation
     if any(np.isfinite(corner) for corner, _ in stated.corners.values()):
         return spacecraft, found
@@ -77,16 +79,18 @@ def with_colour(spacecraft, samples, found, settings, **beside):
         return fit_errors(spacecraft, samples, found.names, found.stds, settings,
                           candidate=candidate, **beside, **how)
     near = fitted(colour, before=found, steps=TRIED)
-    if near.log_evidence - found.log_evidence < LEAST_GAIN:
+    if near.log_likelihood < found.log_likelihood:
         return spacecraft, found
-    # errors that were fitted under another colour have taken up some of it
-    best = max(near, fitted(near.candidate), key=lambda f: f.log_likelihood)
+    best = near
+    if near.log_evidence - found.log_evidence > CLEAR:
+        # errors that were fitted under another colour have taken up some of it
+        best = max(near, fitted(near.candidate), key=lambda f: f.log_likelihood)
     effect, = best.candidate.effects
-    corners = effect.torque_corner_hz, effect.process_corner_hz
-    stds = np.sqrt(np.diag(best.of_candidate))
-    is_white = [c > WHITE * spacecraft.rate_hz or s > VAGUE for c, s in zip(corners, stds)]
-    corners = [math.inf if w else c for w, c in zip(is_white, corners)]
-    stds = [0.0 if w else float(s) for w, s in zip(is_white, stds)]
+    corners, most = [effect.torque_corner_hz, effect.process_corner_hz], WHITE * spacecraft.rate_hz
+    # what a deviation of a logarithm does to the power goes with 1 / corner^2
+    stds = [float(s) * min(1.0, most / c) ** 2 if np.isfinite(c) else 0.0
+            for s, c in zip(np.sqrt(np.diag(best.of_candidate)), corners)]
+    corners = [min(c, most) for c in corners]
     return replace(spacecraft, excitation=replace(
         stated, torque_corner_hz=corners[0], process_corner_hz=corners[1],
         torque_corner_std=stds[0], process_corner_std=stds[1])), replace(
@@ -99,4 +103,5 @@ def words(spacecraft):
     return tuple(
         f'{names[kind]} passed a low-pass of first order with its corner at {corner:.3g} Hz '
         f'(+-{100 * std:.1f} %)'
-        for kind, (corner, std) in spacecraft.excitation.corners.items() if np.isfinite(corner))
+        for kind, (corner, std) in spacecraft.excitation.corners.items()
+        if corner < WHITE * spacecraft.rate_hz and std < VAGUE)

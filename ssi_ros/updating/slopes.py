@@ -14,7 +14,7 @@ from ssi_ros.gap.candidate import Candidate
 from ssi_ros.hermitian import real_vectors, white
 from ssi_ros.model.disturbances import Chirp, Sine
 from ssi_ros.model.excitation import layers, source, Varying, White
-from ssi_ros.model.statespace import stationary_divisor
+from ssi_ros.model.statespace import settling, stationary_divisor
 from ssi_ros.model.structure import numbers_with_errors
 from ssi_ros.model.tangent import tangent
 
@@ -128,6 +128,8 @@ def plain_slopes(simulator, levels, sizes, candidate=Candidate(), changes=None):
     changes = changes or _changes(simulator, candidate, system, sizes)
     *of_matrices, of_gains = changes
     found = tangent(system, *of_matrices)
+    factors = settling(found.poles, system.rate_hz, frame.settles)
+    found = replace(found, poles=factors * found.poles, of_poles=factors * found.of_poles)
     by_pole, by_its_change = _transforms(found.poles, frame)
     whole = np.hstack([by_pole, by_its_change,
                        np.full((len(by_pole), 1), frame.overlap[0] / 2)])

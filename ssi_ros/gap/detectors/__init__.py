@@ -14,6 +14,8 @@ from ssi_ros.gap.detectors import (  # noqa: F401 (they register themselves)
 from ssi_ros.open_set.families import findings
 from ssi_ros.open_set.spectra import record_spectra
 
+EDGES = 2               # tapers from both ends of a record in which nothing is asked
+
 
 def detect_in_samples(samples, names):
     """Return the detections in the samples themselves, of the effects named, the latest first."""
@@ -48,7 +50,8 @@ def open_set(simulator, fitted, reconstruction, channels):
     setup = simulator.setup(fitted.candidate, fitted.levels)
     record = record_spectra(setup.system, fitted.levels, reconstruction, channels)
     return tuple(Detection('', {}, f.p_value, f.text, basis=f.family) for f in findings(
-        record, reconstruction.values, reconstruction.inside))
+        record, reconstruction.values, reconstruction.recorded,
+        EDGES * reconstruction.inside.start / record.rows))
 
 
 def tests_of(names):

@@ -9,12 +9,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ssi_ros.arrays import runs
 from ssi_ros.effects.base import lateness
 from ssi_ros.gap.spectra.segmentation import spectra, whole_frame
 from ssi_ros.updating.resonance_doubt import resonance_doubt
 
 EDGE_S = 1.0            # on which the taper rises and falls at the ends of the record
 MARGIN_S = 6.0          # not used at both ends, where the taper disturbs the memory of filters
+FILLED_S, BESIDE_S = 1.0, 2.0   # gaps so long are not used where single samples count, nor beside
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +62,17 @@ class Reconstruction:
         """Slice of the samples that the taper does not disturb."""
         edge = int(min(MARGIN_S * self.rate_hz, self.rows / 8))
         return slice(edge, self.rows - edge)
+
+    @property
+    def recorded(self):
+        """Rows (n,) of these that were not filled, nor are beside what was."""
+        # a candidate fills a gap such that the record has no power where it expects none
+        kept, beside = np.zeros(self.rows, bool), round(BESIDE_S * self.rate_hz)
+        kept[self.inside] = True
+        for first, last in runs(self.missing):
+            if last - first > FILLED_S * self.rate_hz:
+                kept[max(0, first - beside):last + beside] = False
+        return np.flatnonzero(kept)
 
 
 @dataclass(frozen=True, eq=False)

@@ -110,7 +110,8 @@ def conclude(case):
     quiet = none > min(LIMITS['decides'].value, max(verdict['probability'], unknown))
     if quiet:
         verdict = {**NO_VERDICT, 'probability': none}
-    outcome, reason = _outcome(case, best, found[0], tied, (quiet, unknown, shares.sum()))
+    outcome, reason = _outcome(case, best, found[0], tied, (
+        quiet, unknown > verdict['probability'], shares.sum()))
     if outcome == 'UNEXPLAINED':
         # that it is none of these, not the nearest of them
         verdict = {**NO_VERDICT, 'probability': unknown}
@@ -161,9 +162,9 @@ def _outcome(case, best, top, tied, shares):
         return 'WITHIN_FLOOR', (
             f'no effect explains the record better than chance does (p = '
             f'{p_value_text(case.gap["p_value"])}); the nearest is {words}')
-    if not is_inside(best, case.residual) or (
-            unknown > LIMITS['decides'].value and top.probability < LIMITS['unlikely'].value):
-        return 'UNEXPLAINED', f'the nearest effect, {words}, {removed}'
+    if unknown or not is_inside(best, case.residual):
+        more = ', but something that no effect makes is more probable' * bool(unknown)
+        return 'UNEXPLAINED', f'the nearest effect, {words}, {removed}{more}'
     equal = list(dict.fromkeys(' + '.join(e.effects) for e in tied))
     if top.probability < LIMITS['no_tie'].value * max(known, 1e-300) and len(equal) > 1:
         return 'TIED', f'{" and ".join(equal)} fit equally well; {words} {removed}'

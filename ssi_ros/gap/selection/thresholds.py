@@ -33,9 +33,7 @@ SELECTION = {
     'no_tie': Threshold(
         0.8, '1', 'probability of one effect above which no tie is reported: four to one'),
     'decides': Threshold(
-        0.5, '1', 'probability of none or unknown that decides: the larger half'),
-    'unlikely': Threshold(
-        0.1, '1', 'probability of the best effect below which an unknown one may decide'),
+        0.5, '1', 'probability of none that decides: the larger half'),
     'shown': Threshold(
         0.01, '1', 'engineering choice: p-value up to which a finding is shown to a user'),
     'own_error': Threshold(

@@ -75,6 +75,7 @@ def steady(setup, frame, jitter_noise):
     sampled = system.state_space.discrete(rate_hz)
     if np.abs(sampled.poles).max(initial=0.0) > 1 + ROUNDING:
         raise ValueError('the system is not stable; it has no expected spectrum')
+    sampled = sampled.within(frame.settles)
     for row, column in setup.lags:
         sampled = sampled.with_lag(row, column)
     count = len(system.channels)

@@ -21,6 +21,8 @@ from ssi_ros.integrity.filling import draw
 BLOCK_S, BESIDE_S = 1200.0, 60.0        # filled at once, and used on both sides
 LAGS_S = 300.0          # at which autocovariances count in full: slow modes of short records
 ROUNDS = 5              # of filling and fitting the level, at most
+SETTLINGS = 16.0        # in a period: what lasts would end with it, and leak into all bins
+LEAST_NOISE = 1e-6      # of a channel, over the noise of the loudest
 LEAST_SHARE = 0.1       # by which fitted levels follow those of filled samples, at least
 OFFSETS = 3             # rounds of filling long gaps and taking the offset
 SEED = 41
@@ -147,7 +149,9 @@ def spectrum(simulator, period, levels, candidate=Candidate()):
     levels = np.ones(len(found.names)) if levels is None else levels
     values, vectors = np.linalg.eigh(found.at(levels)[0])
     # no direction has less than the noise of the sensors, whatever rounding and fading say
-    least = np.linalg.eigvalsh(found.shares[-1][0])[:, :1] * levels[-1]
+    noise = np.linalg.eigvalsh(found.shares[-1][0]) * levels[-1]
+    # a candidate may take all of one sensor's away
+    least = np.maximum(noise[:, :1], LEAST_NOISE * noise[:, -1:])
     return (vectors * np.maximum(values, least)[:, None, :]) @ vectors.conj().swapaxes(-1, -2)
 
 
@@ -158,6 +162,6 @@ def _of_period(simulator, period, candidate, levels):
     # flat to half of the period, so that autocovariances keep their value, then smooth to nothing
     fade = np.cos(np.pi / 2 * np.clip(2 * lags / period - 1, 0.0, 1.0)) ** 2
     side = simulator.on(replace(
-        simulator.frame, rows=period, begins=(0,), first=0, last=period // 2 + 1, overlap=fade,
+        simulator.frame, rows=period, begins=(0,), first=0, last=period // 2 + 1, overlap=fade, settlings=SETTLINGS,
         taper=np.full(period, period ** -0.5)))
     return side.spectrum(side.setup(candidate, levels))

@@ -54,11 +54,17 @@ class Frame:
     last: int
     taper: np.ndarray       # (rows,), weights w, of sum w^2 = 1
     overlap: np.ndarray     # (rows,)
+    settlings: float = 1.0  # of a motion that does not decay, over the record
 
     @property
     def segments(self):
         """Return the number of segments."""
         return len(self.begins)
+
+    @property
+    def settles(self):
+        """Return the rows in which a motion settles that does not decay."""
+        return (self.begins[-1] + self.rows) / self.settlings
 
     @property
     def parts(self):
