@@ -200,7 +200,7 @@ class Spoiling:
     """Samples that something on the way to the recorder corrupts: runs, in some channels."""
 
     channels: tuple
-    runs: float                    # per record
+    runs: float                    # per record, in the mean; there is one at least
     length: float                  # mean samples of a run, geometric
     hold: float                    # share of the last good sample,
     own: float                     # of the sample itself,
@@ -209,7 +209,8 @@ class Spoiling:
 
     def act(self, y, rng):
         """Corrupt y (samples, c) in place."""
-        for _ in range(rng.poisson(self.runs)):
+        # a case without one would be labelled by an effect that is not in it
+        for _ in range(max(1, rng.poisson(self.runs))):
             begin = int(rng.integers(1, len(y)))
             run = slice(begin, begin + int(rng.geometric(1 / self.length)))
             other = y[run, self.source].copy()

@@ -20,6 +20,7 @@ CLEAR = 5.0             # nats of evidence, from which errors are fitted anew un
 WHITE = 10.0            # corners so many times the rate change a power by less than 0.3 %
 TRIED = 4               # steps of a first fit
 VAGUE = 1.0             # deviation of the logarithm of a corner that says nothing of it
+MOST_STD = 2.0          # which a deviation is kept below: the same one in power, by a lower corner
 BEGIN = 1.0             # of the rate: a fifth less power at the highest frequency there is
 
 
@@ -86,11 +87,11 @@ def with_colour(spacecraft, samples, found, settings, **beside):
         # errors that were fitted under another colour have taken up some of it
         best = max(near, fitted(near.candidate), key=lambda f: f.log_likelihood)
     effect, = best.candidate.effects
-    corners, most = [effect.torque_corner_hz, effect.process_corner_hz], WHITE * spacecraft.rate_hz
-    # what a deviation of a logarithm does to the power goes with 1 / corner^2
-    stds = [float(s) * min(1.0, most / c) ** 2 if np.isfinite(c) else 0.0
-            for s, c in zip(np.sqrt(np.diag(best.of_candidate)), corners)]
-    corners = [min(c, most) for c in corners]
+    corners = np.array([effect.torque_corner_hz, effect.process_corner_hz])
+    stds = np.sqrt(np.diag(best.of_candidate))
+    # what a deviation of the logarithm does to the power goes with 1 / corner^2
+    most = np.minimum(stds, MOST_STD)
+    corners, stds = [[float(v) for v in x] for x in (corners * np.sqrt(most / stds), most)]
     return replace(spacecraft, excitation=replace(
         stated, torque_corner_hz=corners[0], process_corner_hz=corners[1],
         torque_corner_std=stds[0], process_corner_std=stds[1])), replace(

@@ -6,7 +6,7 @@ from blindgen.effects.base import channel_rms, EFFECTS, motion_rms
 from blindgen.physics.excitation import input_responses, input_rms
 from blindgen.physics.record import simulate
 from blindgen.physics.scenario import Scenario
-from blindgen.physics.sensors import instants
+from blindgen.physics.sensors import instants, Spoiling
 from blindgen.physics.spectrum import response
 from blindgen.sizes.information import Record
 import numpy as np
@@ -53,3 +53,11 @@ def test_a_wrong_clock_stretches_the_scan_as_well():
     assert offsets.max() > 0.1
     when = instants(Scenario(craft=craft, ppm=1e4), 50, np.random.default_rng(0))
     assert when == pytest.approx(1.01 * (np.arange(50)[:, None] + offsets))
+
+
+@pytest.mark.parametrize('seed', range(5))
+def test_a_record_of_corrupted_samples_has_some(seed):
+    """Two of the ninth campaign had none, of 0.9 and 1.5 runs in the mean."""
+    y = np.ones((50, 2))
+    Spoiling((0,), 1e-3, 3.0, 0.0, -1.0, 0.0, 1).act(y, np.random.default_rng(seed))
+    assert (y[:, 0] == -1.0).any() and (y[:, 1] == 1.0).all()

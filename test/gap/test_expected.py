@@ -152,6 +152,19 @@ def test_fit_finds_the_size(text, name, spacecraft):
     assert std < abs(true - start.point()[0]) / 4              # and it is seen
 
 
+@pytest.mark.parametrize('momentum', [300.0, 1000.0])
+def test_a_nutation_that_never_settles_is_fitted(momentum, spacecraft):
+    """It turns by 5 and 18 cycles in the record: 1000 N m s were 1100 +- 12 without its growth."""
+    effect = parse_effect(f'gyroscopic_coupling:momentum_n_m_s={momentum}')
+    samples = simulate_setup(inject(spacecraft, [effect], SECONDS), 2)
+    simulator = Simulator(spacecraft, make_frame(len(samples.values), 100.0, SETTINGS), SECONDS)
+    evidence = simulator.evidence(samples)
+    found = fit(simulator, evidence, Candidate((replace(effect, momentum_n_m_s=1.5 * momentum),)))
+    assert np.linalg.eigvalsh(found.model).min() > 0.0
+    assert abs(found.candidate.point()[0] - momentum) < 4 * np.sqrt(found.covariance[0, 0])
+    assert found.likelihood - fit(simulator, evidence).likelihood > 100.0
+
+
 @pytest.mark.slow
 def test_jitter_is_told_from_the_motion_that_was():
     """Its noise follows the motion of each record, so that sizes scatter as much as is told."""

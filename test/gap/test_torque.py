@@ -1,4 +1,6 @@
 """Disturbances of the input: detected with their sizes, and not where there are none."""
+from dataclasses import replace
+
 from gap_records import look
 import numpy as np
 import pytest
@@ -41,6 +43,15 @@ def test_a_right_model_leaves_white_noise(quiet):
         power = np.abs(quiet.values[(bins >= low) & (bins < high)]) ** 2
         assert power.mean() == pytest.approx(1.0, abs=5 / np.sqrt(len(power)))
     assert quiet.series()[quiet.inside].std() == pytest.approx(1.0, abs=0.03)
+
+
+def test_single_samples_count_where_they_were_recorded(quiet):
+    """A gap of 2 s and two seconds on both sides are left out, one of 0.5 s is not."""
+    missing = np.zeros(quiet.rows, bool)
+    missing[10000:10200] = missing[20000:20050] = True
+    kept = replace(quiet, missing=missing).recorded
+    assert np.array_equal(np.setdiff1d(quiet.recorded, kept), np.arange(9800, 10400))
+    assert np.array_equal(quiet.recorded, np.arange(quiet.rows)[quiet.inside])
 
 
 @pytest.mark.parametrize('name', [LINE, IMPULSES, MODULATION, CHIRP])
