@@ -162,6 +162,6 @@ def _of_period(simulator, period, candidate, levels):
     # flat to half of the period, so that autocovariances keep their value, then smooth to nothing
     fade = np.cos(np.pi / 2 * np.clip(2 * lags / period - 1, 0.0, 1.0)) ** 2
     side = simulator.on(replace(
-        simulator.frame, rows=period, begins=(0,), first=0, last=period // 2 + 1, overlap=fade, settlings=SETTLINGS,
-        taper=np.full(period, period ** -0.5)))
+        simulator.frame, rows=period, begins=(0,), first=0, last=period // 2 + 1, overlap=fade,
+        taper=np.full(period, period ** -0.5), settlings=SETTLINGS))
     return side.spectrum(side.setup(candidate, levels))
