@@ -141,13 +141,15 @@ def calibrate(spacecraft, recordings, settings=DiagnosisSettings(), *, names=(),
                                progress=lambda share: progress(0.2 + 0.4 * share))
         scatter = _scatter(side, beside, found, settings, (present, recorded))
         notes += _words_of_forces(found)
-        found = _of_any_recording(found)
+        own, found = [found.of(i).values for i in range(len(whole))], _of_any_recording(found)
         calibrated = replace(bare, calibration=Calibration(
             errors, found.values, found.covariance + np.diag(scatter ** 2),
             tuple(map(str, names))))
         checks = []
         for i, samples in enumerate(whole):
-            checks.append(_check(bare, calibrated, samples, settings,
+            there = replace(calibrated, calibration=replace(calibrated.calibration, values=np.where(
+                of_recording(errors), own[i], found.values)))
+            checks.append(_check(bare, there, samples, settings,
                                  (present, inputs[i] if inputs else None)))
             progress(0.6 + 0.4 * (i + 1) / len(whole))
     unexplained = tuple(dict.fromkeys(d for c in checks for d in c.detected))
@@ -242,7 +244,7 @@ def _scatter(spacecraft, recordings, found, settings, beside):
 
 
 def _check(model, calibrated, samples, settings, beside):
-    """Return how well a calibrated model explains a recording that it was calibrated on."""
+    """Return how well a calibrated model, with the forces of a recording, explains it."""
     def compared(spacecraft):
         return ModelNominal(spacecraft, *beside).compare(
             samples, settings, applicable(spacecraft), lambda share: None)

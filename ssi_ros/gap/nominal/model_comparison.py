@@ -210,11 +210,12 @@ class ModelComparison(Comparison):
 
     def candidates(self, residual):
         """Return the starts that scores and detections speak for."""
-        begin = [d.basis for d in residual.detections]
+        found = [d.basis for d in residual.detections]
         both = self._scores(self.null.state.without_errors, self.here), residual.score_test.state
-        begin += [e for e in starts.likely(both, self.settings.finalists)
-                  if e.name not in [d.name for d in begin]]
-        return tuple(Candidate((e,)) for e in begin)
+        likely = [e for e in starts.likely(both, self.settings.finalists)
+                  if e.name not in [d.name for d in found]]
+        # the most likely first: hopeless fits end early
+        return tuple(Candidate((e,)) for e in likely + found)
 
     def all_candidates(self):
         """Return every start of every effect."""
