@@ -104,6 +104,7 @@ def test_live_is_offline_with_alarm(bench, offline):
     assert not bench.call(Trigger, '/gap/reset_alarm', Trigger.Request()).success
 
 
+@pytest.mark.slow
 def test_replay_is_offline(bench, tmp_path, record, offline):
     """A bag of the record, played by the player node, gives the same updates."""
     write_samples(tmp_path / 'bag', record)
