@@ -123,13 +123,13 @@ def calibrate(spacecraft, recordings, settings=DiagnosisSettings(), *, names=(),
         errors, stds = declared(bare)
         found = fit_errors(bare, whole, errors, stds, settings, present=present,
                            progress=lambda share: progress((0.2 if inputs else 0.6) * share))
+        gaps = any(np.isnan(m.values).any() for m in matched)
+        if gaps:
+            whole, found = _filled_anew(bare, matched, found, settings, present)
         if isinstance(bare, Spacecraft) and not inputs:
-            bare, found = with_colour(bare, whole, found, settings, present=present)
-        if any(np.isnan(m.values).any() for m in matched):
-            # what was filled by a model that is wrong is no motion of this structure
-            at = replace(bare, calibration=Calibration(errors, found.values))
-            whole = [_whole(at, samples, settings, present) for samples in matched]
-            found = fit_errors(bare, whole, errors, stds, settings, present=present, before=found)
+            white, (bare, found) = bare, with_colour(bare, whole, found, settings, present=present)
+            if gaps and bare is not white:
+                whole, found = _filled_anew(bare, matched, found, settings, present)
         side, beside, recorded = bare, whole, (None,) * len(whole)
         if inputs:
             # the channels alone say where the modes are; a prediction by a model that is many
@@ -199,6 +199,16 @@ def _whole(spacecraft, samples, settings, present):
                           late=samples.staggered)
     clipped = np.full(samples.values.shape, np.nan)
     return completed(simulator, samples, clipped, settings)[1]
+
+
+def _filled_anew(spacecraft, recordings, found, settings, present):
+    """Return recordings filled by a model as it was fitted to them, and its ErrorFit there."""
+    # what was filled by a model that is wrong is no motion of this structure, and may look like
+    # noise or like a colour of the excitation
+    at = replace(spacecraft, calibration=Calibration(found.names, found.values))
+    whole = [_whole(at, samples, settings, present) for samples in recordings]
+    return whole, fit_errors(spacecraft, whole, found.names, found.stds, settings,
+                             present=present, before=found)
 
 
 def _beside(spacecraft, recordings, inputs, settings, present):

@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 from ssi_ros.effects import inject, load_configuration, save_configuration, simulate_setup
 from ssi_ros.gap.driver import diagnose
+from ssi_ros.model.errors import Calibration, declared
+from ssi_ros.model.uncertainty import Uncertainty
 from ssi_ros.updating.calibrate import calibrate
 
 CORNERS = {'torque_corner_hz': 8.0, 'process_corner_hz': 3.0}
@@ -48,6 +50,23 @@ def test_the_next_healthy_record_is_within_the_floor(calibrated, tmp_path):
     spacecraft, _ = load_configuration(path)
     assert spacecraft.excitation == calibrated.spacecraft.excitation
     assert diagnose(spacecraft, record(12, **CORNERS)).outcome == 'WITHIN_FLOOR'
+
+
+def test_gaps_filled_by_a_wrong_model_are_no_colour():
+    """The corner was 8.6 of its deviations off, by what filled the gaps first; bound 5."""
+    model = replace(craft.model(), noise_rms_m_s2=1e-5, uncertainty=Uncertainty(
+        frequency=0.03, participation=0.03, shape=0.03))
+    names, stds = declared(model)
+    twin = replace(model, calibration=Calibration(
+        names, stds * np.random.default_rng(1).standard_normal(len(stds))),
+        excitation=replace(model.excitation, torque_corner_hz=8.0, process_corner_hz=60.0))
+    samples = simulate_setup(inject(twin, (), 200.0), 1)
+    values = samples.values.copy()
+    for begin in np.arange(0.05, 0.95, 0.1) * len(values):
+        values[int(begin):int(begin) + 36] = np.nan         # nine of 0.9 s
+    found = calibrate(model, [replace(samples, values=values)]).spacecraft.excitation
+    assert abs(np.log(found.process_corner_hz / 60.0)) < 5 * found.process_corner_std
+    assert found.process_corner_std < 0.2
 
 
 @pytest.mark.slow
