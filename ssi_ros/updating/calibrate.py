@@ -147,8 +147,9 @@ def calibrate(spacecraft, recordings, settings=DiagnosisSettings(), *, names=(),
             tuple(map(str, names))))
         checks = []
         for i, samples in enumerate(whole):
-            there = replace(calibrated, calibration=replace(calibrated.calibration, values=np.where(
-                of_recording(errors), own[i], found.values)))
+            values = np.where(of_recording(errors), own[i], found.values)
+            there = replace(calibrated, calibration=replace(
+                calibrated.calibration, values=values))
             checks.append(_check(bare, there, samples, settings,
                                  (present, inputs[i] if inputs else None)))
             progress(0.6 + 0.4 * (i + 1) / len(whole))

@@ -6,6 +6,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import AccelStamped
 from node_records import grid, newest
 import numpy as np
+import pytest
 from ssi_ros.effects import inject, parse_effect, simulate_setup
 from ssi_ros.model import load_spacecraft
 from ssi_ros.records import Samples
@@ -71,6 +72,7 @@ def send(publishers, rows, stamps_ns, later_ns):
             time.sleep(0.01)
 
 
+@pytest.mark.slow
 def test_a_channel_sampled_beside_the_others_is_moved(bench):
     """3 ms beside the others: said, moved, and no delay is blamed for the power at 0.9 of half."""
     late_s = np.array([0.0, 0.003, 0.0, 0.0])
