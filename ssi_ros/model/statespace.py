@@ -169,10 +169,13 @@ class Sampled:
 
 def settling(poles, rate_hz, rows):
     """Return the factors of poles (n,) that settle within so many rows; see `Sampled.within`."""
-    sizes = np.abs(poles)
-    lasting = (1 - sizes < 1 / (SETTLES_S * rate_hz)) & (
-        np.abs(np.angle(poles)) * rows > LEAST_TURN)
-    return np.where(lasting, np.exp(-1 / rows) / np.where(lasting, sizes, 1.0), 1.0)
+    lasting = _lasting(poles, rate_hz) & (np.abs(np.angle(poles)) * rows > LEAST_TURN)
+    return np.where(lasting, np.exp(-1 / rows) / np.where(lasting, np.abs(poles), 1.0), 1.0)
+
+
+def _lasting(poles, rate_hz):
+    """Return which poles (n,) take over an hour to settle."""
+    return 1 - np.abs(poles) < 1 / (SETTLES_S * rate_hz)
 
 
 def stationary_divisor(poles, rate_hz, turn=1.0):
@@ -182,7 +185,7 @@ def stationary_divisor(poles, rate_hz, turn=1.0):
     It is infinite for a pole that takes over an hour to settle: that has no stationary state on
     the time scale of a record, and counts as zero. `turn` as of eq. (95a).
     """
-    slow = 1 - np.abs(poles) < 1 / (SETTLES_S * rate_hz)
+    slow = _lasting(poles, rate_hz)
     return np.where(slow[:, None] | slow[None, :], np.inf,
                     turn - poles[:, None] * poles.conj()[None, :])
 

@@ -12,11 +12,12 @@ import numpy as np
 from ssi_ros.arrays import runs
 from ssi_ros.effects.base import lateness
 from ssi_ros.gap.spectra.segmentation import spectra, whole_frame
+from ssi_ros.gap.spectra.thresholds import LIMITS
 from ssi_ros.updating.resonance_doubt import resonance_doubt
 
 EDGE_S = 1.0            # on which the taper rises and falls at the ends of the record
 MARGIN_S = 6.0          # not used at both ends, where the taper disturbs the memory of filters
-FILLED_S, BESIDE_S = 1.0, 2.0   # gaps so long are not used where single samples count, nor beside
+BESIDE_S = 2.0          # a filled gap that is not used where single samples count, on both sides
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +71,7 @@ class Reconstruction:
         kept, beside = np.zeros(self.rows, bool), round(BESIDE_S * self.rate_hz)
         kept[self.inside] = True
         for first, last in runs(self.missing):
-            if last - first > FILLED_S * self.rate_hz:
+            if last - first > LIMITS.gap_s.value * self.rate_hz:
                 kept[max(0, first - beside):last + beside] = False
         return np.flatnonzero(kept)
 
