@@ -4,10 +4,13 @@ Simulate a linear system exactly: excitation -> propagation -> sensor chain.
 Inputs are held over a sample, so the recurrence of eq. (21) is exact whatever the rate. Each
 modal coordinate is a first-order recurrence of its own, which `scipy.signal.lfilter` runs.
 """
+from dataclasses import replace
+
 import numpy as np
 from scipy.signal import lfilter
 
-from ssi_ros.model.excitation import begin_all, generator, total_covariance
+from ssi_ros.model.excitation import (
+    begin_all, Coloured, generator, layers, total_covariance)
 from ssi_ros.model.system import natural_modes
 from ssi_ros.records import Samples
 
@@ -141,7 +144,8 @@ def stationary_start(sampled, parts, inputs, seed):
     Random parts give a Gaussian state of the stationary covariance; a sine gives its steady
     response; what happens at set times has not happened yet.
     """
-    covariance = sampled.state_covariance(total_covariance(parts, sampled.rate_hz, inputs))
+    covariance = sum(_coloured(sampled, layers).state_covariance(
+        total_covariance(alike, sampled.rate_hz, inputs)) for layers, alike in _by_colour(parts))
     power = np.diag(covariance)
     # a mode that nothing excites has only rounding in its row: it starts at rest
     size = np.sqrt(np.where(power > ROUNDING * power.max(initial=0.0), power, 0.0))
@@ -156,6 +160,24 @@ def stationary_start(sampled, parts, inputs, seed):
         if hasattr(part, 'phasor'):
             z = z + _steady(sampled, *part.phasor(inputs))
     return z
+
+
+def _by_colour(parts):
+    """Return pairs of colours and the parts that have them, those of no colour first."""
+    found = {(): []}
+    for part in parts:
+        found.setdefault(tuple(p for p in layers(part) if isinstance(p, Coloured)), []).append(
+            part)
+    return found.items()
+
+
+def _coloured(sampled, colours):
+    """Return a system excited as much less as colours have power at each of its modes."""
+    if not colours:
+        return sampled
+    at_hz = np.abs(np.angle(sampled.poles)) * sampled.rate_hz / (2 * np.pi)
+    gain = np.sqrt(np.prod([c.power(at_hz) for c in colours], axis=0))
+    return replace(sampled, b=sampled.b * gain[:, None])
 
 
 def _steady(sampled, amplitudes, omega):

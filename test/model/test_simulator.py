@@ -7,7 +7,7 @@ import pytest
 from scipy.linalg import expm
 from ssi_ros.model import assemble, natural_modes, simulate, Spacecraft, stream
 from ssi_ros.model.disturbances import Firings
-from ssi_ros.model.excitation import White
+from ssi_ros.model.excitation import Coloured, White
 from ssi_ros.model.simulator import propagate
 from ssi_ros.records import Samples
 
@@ -75,6 +75,16 @@ def test_the_start_is_stationary(system):
     assert early == pytest.approx(late, rel=0.25)
     rest = np.array([simulate(system, 1.0, s, at_rest=True).values for s in range(20)])
     assert rest[:, :10].std() < 0.5 * runs[:, :10].std()
+
+
+def test_a_coloured_excitation_has_gone_on_for_ever_too(system):
+    """Fast modes begin with the little that a low-pass leaves them, not with what white gives."""
+    coloured = replace(system, chain=(), excitation=tuple(
+        Coloured(part, 0.8) for part in system.excitation))
+    runs = np.array([simulate(coloured, 20.0, s).values for s in range(100)])
+    fast = np.diff(runs, n=2, axis=1)
+    assert fast[:, :100].std(axis=(0, 1)) == pytest.approx(
+        fast[:, -100:].std(axis=(0, 1)), rel=0.25)
 
 
 def test_the_state_stays_bounded(system):
