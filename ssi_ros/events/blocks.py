@@ -86,19 +86,19 @@ def search(simulator, fitted, samples, settings, names, missing=None, odd=True, 
         others, span_s, duration_s)
 
 
-def explained_below_band(whole, fitted, settings, detections):
+def explained_below_band(whole, names, settings, detections):
     """
     Return the log odds of detections below the fitted band that are gone with a fit.
 
     No likelihood of a fit has counted those frequencies; a nutation there is like slow noise. The
-    detections are of the model without effects, `whole()` returns a model side and the samples
-    without gaps, the rest is as of `search`.
+    detections are of the model without effects, `names` of the effects of the fit; `whole()`
+    returns model side, fit and samples without gaps, as of `search`.
     """
     before = {d.effect: d.log_odds for d in detections if d.effect
-              and effect_class(d.effect).below_band and d.effect not in fitted.candidate.names}
+              and effect_class(d.effect).below_band and d.effect not in names}
     if not before:
         return 0.0
-    simulator, samples = whole()
+    simulator, fitted, samples = whole()
     after = {d.effect: d.log_odds for d in _in_spectrum(
         simulator, fitted, samples, settings, tuple(before))}
     return sum(max(odds - after.get(name, 0.0), 0.0) for name, odds in before.items())

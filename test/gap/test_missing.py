@@ -4,7 +4,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from ssi_ros.effects import inject, parse_effect, simulate_setup
+from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.driver import diagnose
+from ssi_ros.gap.nominal.model import ModelNominal
 from ssi_ros.gap.nominal.recorded import RecordedNominal
 from ssi_ros.gap.nominal.simulator import Simulator
 from ssi_ros.gap.settings import DiagnosisSettings
@@ -164,6 +166,15 @@ def test_a_clean_record_with_gaps_is_clean(spacecraft, gaps, channels):
     assert plain['gaps'] == len(gaps) and 'are missing' in plain['text']
     if len(gaps) == 1:
         assert any('left out' in s for s in found.signs)
+
+
+def test_gaps_are_filled_as_the_candidate_has_them(spacecraft):
+    """Filled by the model alone, gaps beside an effect look like impulses and jumps."""
+    samples = without(record(spacecraft, 'excitation_colour:corner_hz=3'), *GAPS, (57.1, 57.4))
+    comparison = ModelNominal(spacecraft).compare(samples, SETTINGS, tuple(FEW), lambda s: None)
+    left = comparison.residual(comparison.fit(Candidate((
+        parse_effect('excitation_colour:corner_hz=3'),)), comparison.null), simulated=False)
+    assert [d.text for d in left.detections + left.anomalies if d.p_value < 1e-4] == []
 
 
 def test_an_absent_channel_is_said(spacecraft):

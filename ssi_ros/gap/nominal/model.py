@@ -148,3 +148,16 @@ class Record:
     faults: tuple = ()      # `Fault`s of the recorder
     notes: tuple = ()       # what was left out of it, in sentences
     raw: tuple = ()         # where some were filled, the Samples before, and clipped values
+
+    @property
+    def missing(self):
+        """Rows (n,) of which a sample was not recorded."""
+        return np.isnan((self.raw[0] if self.raw else self.samples).values).any(axis=1)
+
+    @property
+    def unfilled(self):
+        """Return the samples with NaN for what was filled, not what was clipped."""
+        if not self.raw or not np.isnan(self.raw[1]).all():
+            return self.samples
+        lost = np.isnan(self.raw[0].values)
+        return replace(self.samples, values=np.where(lost, np.nan, self.samples.values))

@@ -118,18 +118,18 @@ class ModelComparison(Comparison):
     def detections(self, fit):
         """Return detections of effects that a fit does not hold, and anomalies."""
         names = tuple(n for n in self.record.sought if n not in fit.candidate.names)
-        simulator, samples = self.whole(fit)
-        found, odd = search(simulator, fit.state, samples, self.settings, names,
-                            np.isnan(self.record.samples.values).any(axis=1))
+        # what fills a gap without an effect looks like an event beside it
+        record = self.record.samples if fit is self.null else self.record.unfilled
+        found, odd = search(*self.whole(fit, record), self.settings, names, self.record.missing)
         of_samples = tuple(d for d in self.record.detections if d.effect in names)
         return of_samples + found, odd, tests_of(names) + ANOMALY_TESTS
 
-    def whole(self, fit):
-        """Return a model side and the record with its gaps filled: what is searched in time."""
-        simulator, samples = self.side(fit).simulator, self.record.samples
+    def whole(self, fit, samples):
+        """Return a model side, a fit, and samples with their gaps filled, to search in time."""
+        simulator = self.side(fit).simulator
         if simulator.recorded:
             simulator, samples = remainder(simulator, samples, fit.levels, fit.candidate)
-        return simulator, filled(simulator, samples, fit.levels, fit.candidate)
+        return simulator, fit.state, filled(simulator, samples, fit.levels, fit.candidate)
 
     def score_test(self, fit):
         """Score all effects at once around a fit."""
@@ -267,8 +267,8 @@ class ModelComparison(Comparison):
                 alone = self.fit(Candidate((e,)), self.null, thorough=False)
                 shown = alone.log_likelihood - self.null.log_likelihood if alone else 0.0
                 total += max(odds[e.name] - max(shown, 0.0), 0.0)
-        return total + explained_below_band(
-            lambda: self.whole(fit), fit.state, self.settings, detections)
+        return total + explained_below_band(lambda: self.whole(fit, self.record.samples),
+                                            fit.candidate.names, self.settings, detections)
 
     def log_prior_ratio(self, fit):
         """Return the log of posterior over prior volume of quantities and places."""
