@@ -252,6 +252,11 @@ class Effect:
                 for k, values in cls.starts.items()}
 
     @classmethod
+    def of_line(cls, spacecraft, frequency_hz):
+        """Return the effects of this kind that make a line at a frequency by what they are."""
+        return ()
+
+    @classmethod
     def one_sided(cls):
         """Return whether the size has one sign only, as a mass has."""
         size = cls.size_quantity()

@@ -30,7 +30,7 @@ def scales_of(spacecraft, place):
         `length`, `width`, `mass` and `hinge` (stiffness of a hinge) of an array, `angle` and
         `moment` in such a hinge, `cubic` (stiffness over the square of the angle); `modes` (the
         lowest frequency), `inertia` (of the hub about x_b), `momentum` (that turns the hub as
-        fast as a mode), `rate`, `sample` (its period).
+        fast as a mode), `torque` (of the excitation), `rate`, `sample` (its period).
 
     """
     every = {a.name: _of_plate(a.plate) for a in spacecraft.arrays}
@@ -43,7 +43,8 @@ def scales_of(spacecraft, place):
     # what turns the hub is the moment in a hinge, by the inertia of the array
     moment = own['mass'] * own['length'] ** 2 * torque / inertia if torque else own['hinge']
     return {**own, 'moment': moment, 'angle': moment / own['hinge'], 'modes': modes,
-            'inertia': inertia, 'momentum': inertia * modes, 'rate': rate, 'sample': 1 / rate,
+            'inertia': inertia, 'momentum': inertia * modes, 'torque': torque or 1.0,
+            'rate': rate, 'sample': 1 / rate,
             'cubic': own['hinge'] / (moment / own['hinge']) ** 2}
 
 

@@ -136,6 +136,29 @@ class MSequence(_OneInput):
 
 
 @dataclass(frozen=True)
+class Nutation:
+    """What an impulse on an input has left of a motion that turns and hardly decays, (23c)."""
+
+    input: str                  # noqa: A003
+    impulse: float
+    name: str = 'nutation'
+
+    def begin(self, rate_hz, inputs, generator):
+        """Return the forces as a function of first sample and count: none."""
+        return lambda first, count: np.zeros((count, len(inputs)))
+
+    def covariance(self, rate_hz, inputs):
+        """Return zeros (m, m): nothing here is random and stationary."""
+        return np.zeros((len(inputs), len(inputs)))
+
+    def state(self, sampled, inputs):
+        """Return the modal state at t = 0 of a Sampled, (p,): zero but for what does not decay."""
+        (where,) = columns((self.input,), inputs)
+        kick = sampled.b[:, where] * self.impulse * sampled.rate_hz
+        return np.where(sampled.nutates, kick, 0.0)
+
+
+@dataclass(frozen=True)
 class Pulses:
     """Torque pulses at random, Poisson times: `impulse` spread over the one sample it falls in."""
 

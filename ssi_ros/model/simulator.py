@@ -142,7 +142,7 @@ def stationary_start(sampled, parts, inputs, seed):
     Draw the modal state of a system that has been excited for ever, eq. (23).
 
     Random parts give a Gaussian state of the stationary covariance; a sine gives its steady
-    response; what happens at set times has not happened yet.
+    response, a nutation goes on; what happens at set times has not happened yet.
     """
     covariance = sum(_coloured(sampled, layers).state_covariance(
         total_covariance(alike, sampled.rate_hz, inputs)) for layers, alike in _by_colour(parts))
@@ -159,6 +159,8 @@ def stationary_start(sampled, parts, inputs, seed):
     for part in parts:
         if hasattr(part, 'phasor'):
             z = z + _steady(sampled, *part.phasor(inputs))
+        if hasattr(part, 'state'):
+            z = z + part.state(sampled, inputs)
     return z
 
 

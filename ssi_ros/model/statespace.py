@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 SETTLES_S = 3600.0
+NUTATES = 1e-3          # damping ratio below which a pole is a nutation, not a mode of an array
 LEAST_TURN = 0.1        # radians in a record, from which a pole turns at all
 WORST_CONDITION = 1e8       # of the eigenvectors; half of the digits of a double are left
 
@@ -143,6 +144,11 @@ class Sampled:
         factors = settling(self.poles, self.rate_hz, rows)
         return self if np.all(factors == 1.0) else replace(self, poles=self.poles * factors)
 
+    @property
+    def nutates(self):
+        """Which poles (p,) turn and hardly decay."""
+        return _nutates(self.poles)
+
     def response(self, z):
         """Return the transfer function at every z = exp(j omega dt), (f, l, m), eq. (22)."""
         poles, c, b, _ = self._both()
@@ -169,8 +175,14 @@ class Sampled:
 
 def settling(poles, rate_hz, rows):
     """Return the factors of poles (n,) that settle within so many rows; see `Sampled.within`."""
-    lasting = _lasting(poles, rate_hz) & (np.abs(np.angle(poles)) * rows > LEAST_TURN)
-    return np.where(lasting, np.exp(-1 / rows) / np.where(lasting, np.abs(poles), 1.0), 1.0)
+    size, turns = np.abs(poles), np.abs(np.angle(poles)) * rows > LEAST_TURN
+    lasting = turns & (_lasting(poles, rate_hz) | _nutates(poles) & (size ** rows > np.exp(-1)))
+    return np.where(lasting, np.exp(-1 / rows) / np.where(lasting, size, 1.0), 1.0)
+
+
+def _nutates(poles):
+    turn = np.abs(np.angle(poles))
+    return (turn > 0.0) & (1 - np.abs(poles) < NUTATES * turn)
 
 
 def _lasting(poles, rate_hz):

@@ -12,7 +12,7 @@ import numpy as np
 from ssi_ros.effects.base import lateness
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.hermitian import real_vectors, white
-from ssi_ros.model.disturbances import Chirp, Sine
+from ssi_ros.model.disturbances import Chirp, Nutation, Sine
 from ssi_ros.model.excitation import layers, source, Varying, White
 from ssi_ros.model.statespace import settling, stationary_divisor
 from ssi_ros.model.structure import numbers_with_errors
@@ -200,7 +200,7 @@ def _colours(setup, levels, frame):
         filters, inner = tuple(layers(part)), source(part)
         if any(isinstance(f, Varying) for f in filters):
             return None
-        if isinstance(inner, (Sine, Chirp)):
+        if isinstance(inner, (Sine, Chirp, Nutation)):
             continue                # a line says nothing of the numbers of the model
         if not isinstance(inner, White):
             return None

@@ -165,6 +165,22 @@ def test_a_nutation_that_never_settles_is_fitted(momentum, spacecraft):
     assert found.likelihood - fit(simulator, evidence).likelihood > 100.0
 
 
+@pytest.mark.parametrize('impulse', [0.1, 1.0])
+def test_a_nutation_from_before_the_record_has_a_size_of_its_own(impulse, spacecraft):
+    """Begun at the line that it makes, momentum and impulse are found, (23c)."""
+    effect = parse_effect(
+        f'gyroscopic_coupling:momentum_n_m_s=1000,impulse_n_m_s={impulse}')
+    samples = simulate_setup(inject(spacecraft, [effect], SECONDS), 1)
+    simulator = Simulator(spacecraft, make_frame(len(samples.values), 100.0, SETTINGS), SECONDS)
+    _, begin = effect.of_line(spacecraft, 0.1392)
+    assert begin.momentum_n_m_s == pytest.approx(1000.0, rel=0.01)
+    found = fit(simulator, simulator.evidence(samples), Candidate((begin,)))
+    away = np.subtract(found.candidate.point(), Candidate((effect,)).point())
+    assert np.all(np.abs(away) < 3 * np.sqrt(np.diag(found.covariance)))
+    assert np.sqrt(found.covariance[1, 1]) < 0.3
+    assert effect.of_line(spacecraft, 0.5) == ()        # there no momentum makes a line
+
+
 @pytest.mark.slow
 def test_jitter_is_told_from_the_motion_that_was():
     """Its noise follows the motion of each record, so that sizes scatter as much as is told."""

@@ -210,12 +210,12 @@ class ModelComparison(Comparison):
 
     def candidates(self, residual):
         """Return the starts that scores and detections speak for."""
-        found = [d.basis for d in residual.detections]
+        found = [d.basis for d in residual.detections] + starts.of_lines(
+            residual, self.effects, self.simulator.spacecraft)
         both = self._scores(self.null.state.without_errors, self.here), residual.score_test.state
-        likely = [e for e in starts.likely(both, self.settings.finalists)
-                  if e.name not in [d.name for d in found]]
+        likely = starts.likely(both, self.settings.finalists)
         # the most likely first: hopeless fits end early
-        return tuple(Candidate((e,)) for e in likely + found)
+        return tuple(Candidate((e,)) for e in starts.undetected(likely, residual) + found)
 
     def all_candidates(self):
         """Return every start of every effect."""

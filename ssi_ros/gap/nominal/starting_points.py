@@ -28,6 +28,14 @@ def starting_points(classes, spacecraft):
     return [e for e in found if not e.is_null]
 
 
+def of_lines(residual, names, spacecraft):
+    """Return the effects that make the lines which a Residual has detected."""
+    lines = {d.parameters['frequency_hz'] for d in residual.detections + residual.anomalies
+             if 'frequency_hz' in d.parameters}
+    return [e for name in names for at_hz in lines
+            for e in effect_class(name).of_line(spacecraft, at_hz)]
+
+
 def likely(every, count):
     """Return the starts that Scores of the same templates speak for, the first ones first."""
     found = []
@@ -36,6 +44,12 @@ def likely(every, count):
         found += [e for e in best + elsewhere(scores, best)
                   if scores is every[0] or e.kind() not in [f.kind() for f in found]]
     return found
+
+
+def undetected(effects, residual):
+    """Return the effects that a Residual has no detection of, which is the better start."""
+    names = [d.effect for d in residual.detections]
+    return [e for e in effects if e.name not in names]
 
 
 def promising(scores, count):

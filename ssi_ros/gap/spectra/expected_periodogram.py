@@ -7,7 +7,7 @@ import numpy as np
 from ssi_ros.effects.base import lateness
 from ssi_ros.effects.edits import scale_stiffness
 from ssi_ros.effects.statistical_linearisation import LinearisationResidual, linearise
-from ssi_ros.model.disturbances import Chirp, Sine
+from ssi_ros.model.disturbances import Chirp, Nutation, Sine
 from ssi_ros.model.excitation import Coloured, layers, source, White
 from ssi_ros.model.sensors import Noise
 from ssi_ros.model.statespace import stationary_divisor
@@ -26,10 +26,7 @@ class Expected:
 
     def at(self, levels):
         """Return S at the levels, shape (a, k, l, l)."""
-        total = self.fixed
-        for level, share in zip(levels, self.shares):
-            total = total + level * share
-        return total
+        return sum((level * share for level, share in zip(levels, self.shares)), self.fixed)
 
     @property
     def at_nominal(self):
@@ -75,7 +72,7 @@ def steady(setup, frame, jitter_noise):
     sampled = system.state_space.discrete(rate_hz)
     if np.abs(sampled.poles).max(initial=0.0) > 1 + ROUNDING:
         raise ValueError('the system is not stable; it has no expected spectrum')
-    sampled = sampled.within(frame.settles)
+    free, sampled = sampled, sampled.within(frame.settles)
     for row, column in setup.lags:
         sampled = sampled.with_lag(row, column)
     count = len(system.channels)
@@ -89,11 +86,13 @@ def steady(setup, frame, jitter_noise):
                 colour = colour * layer.power(frame.frequencies_hz)[:, None, None]
             else:
                 level = layer
-        if isinstance(inner, (Sine, Chirp)):
+        if isinstance(inner, Nutation):
+            share = _free(free, inner.state(free, system.inputs), frame)
+        elif isinstance(inner, (Sine, Chirp)):
             share = _line(inner, sampled, system, frame)
         else:
-            share = colour * _random(level, sampled, inner.covariance(rate_hz, system.inputs),
-                                     frame)
+            inputs = inner.covariance(rate_hz, system.inputs)
+            share = colour * _random(level, sampled, inputs, frame)
         share = sampling(share, inner)
         if isinstance(inner, White):
             names.append(inner.name)
@@ -240,6 +239,17 @@ def _line(part, sampled, system, frame):
     drive = np.fft.fft(drive * frame.taper, axis=1)
     power = frame.mean_of_parts(np.abs(drive[:, frame.first:frame.last]) ** 2)
     return power[:, :, None, None] * (response[:, :, None] * response[:, None, :].conj())[None]
+
+
+def _free(sampled, state, frame):
+    """Return the periodogram of free motions that go on from a modal state, (1, k, l, l)."""
+    total = np.zeros((1, 1, 1, 1))
+    for i in np.flatnonzero(state):
+        turned = frame.taper * np.exp(1j * np.angle(sampled.poles[i]) * np.arange(frame.rows))
+        window = np.abs(np.fft.fft(turned)[frame.first:frame.last]) ** 2
+        shape = sampled.c[:, i] * sampled.weight[i] * state[i] / 2
+        total = total + window[None, :, None, None] * np.outer(shape, shape.conj())
+    return total
 
 
 class _Sampling:
