@@ -86,7 +86,7 @@ def _diagnose(comparison, settings, pairs, report):
 
     # validate: how much of the gap they remove on segments that the fit did not use
     null = validated(comparison, Ranked(comparison.null))
-    ranked = [validated(comparison, r) for r in ranked[:VALIDATED]]
+    ranked = [validated(comparison, r, null) for r in ranked[:VALIDATED]]
     if ranked and not (ranked[0].floor or ranked[0].inside):
         # halves of a modulated record leave more than the theory of a steady one says
         ranked[0] = replace(ranked[0], floor=comparison.simulated_floor(ranked[0].fit))

@@ -9,7 +9,7 @@ from ssi_ros.effects.base import Site
 from ssi_ros.gap.comparison import Comparison, Location, Residual
 from ssi_ros.gap.diagnosis import Diagnosis, Explanation, p_value_text
 from ssi_ros.gap.selection.cross_validation import reduction
-from ssi_ros.gap.selection.evidence import posterior, Ranked, undetected
+from ssi_ros.gap.selection.evidence import beside_law, posterior, Ranked, undetected
 from ssi_ros.gap.selection.thresholds import SELECTION as LIMITS
 from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.open_set.families import FAMILIES
@@ -96,7 +96,7 @@ def conclude(case):
     # the least of as many families; it says no more against none than all tests do, (113c)
     anomaly = max(case.found.p_value, min([1.0, *(
         a.p_value * (len(FAMILIES) if a.basis in FAMILIES else 1) for a in residual.anomalies)]))
-    rest = residual.p_value
+    rest = beside_law(residual.p_value, best.explained)
     if not is_inside(best, residual):
         # what a candidate leaves on segments that it was not fitted to counts too
         rest = min(rest, float(norm.sf(best.deviations)), LIMITS['residual_p'].value)
@@ -128,7 +128,8 @@ def conclude(case):
 
 def is_inside(ranked, residual):
     """Return whether what a candidate leaves is inside the floor."""
-    return ranked.inside and residual.p_value >= LIMITS['residual_p'].value
+    left = beside_law(residual.p_value, ranked.explained)
+    return ranked.inside and left >= LIMITS['residual_p'].value
 
 
 def separate_by(names):

@@ -9,13 +9,19 @@ from ssi_ros.gap.selection.thresholds import SELECTION as LIMITS
 FOLDS = (0, 1)          # halves of interleaved segments
 
 
-def validated(comparison, ranked):
-    """Return a Ranked with the gaps of fits to each half of the segments on the other half."""
+def validated(comparison, ranked, null=None):
+    """
+    Return a Ranked with the gaps of fits to each half of the segments on the other half.
+
+    With the `null` Ranked, validated, also with what it explains that no effect does not.
+    """
     gaps = []
     for fold in FOLDS:
         half = comparison.fit(ranked.fit.candidate, ranked.fit, fold)
         gaps.append(comparison.goodness_of_fit(half, fold))
-    return replace(ranked, held_out=tuple(gaps))
+    found = replace(ranked, held_out=tuple(gaps))
+    return found if null is None else replace(
+        found, explained=found.log_evidence - null.log_evidence, removed=null.value - found.value)
 
 
 def reduction(before, after):

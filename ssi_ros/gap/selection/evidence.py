@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.stats import norm
 
 from ssi_ros.gap.selection.thresholds import SELECTION as LIMITS
 
@@ -48,6 +49,8 @@ class Ranked:
     estimate: Any = None    # indirect-inference estimate, in place of the fit's
     floor: Any = None       # what it leaves of records that it simulates, where computed
     others: tuple = ()      # Ranked of the same effects and places, hardly less likely
+    explained: float = 0.0      # log likelihood over that of no effect; validated only
+    removed: float = 0.0    # of the held-out gap [nats]; validated only
 
     @property
     def names(self):
@@ -68,7 +71,8 @@ class Ranked:
     def deviations(self):
         """Return the standard deviations by which the held-out gap exceeds its floor, (119)."""
         mean, scatter = self.simulated
-        return (above_floor(self.held_out) - mean) / scatter
+        off = LIMITS['law_error'].value ** 2 * max(self.removed, 0.0)
+        return (above_floor(self.held_out, off) - mean) / scatter
 
     @property
     def inside(self):
@@ -82,10 +86,23 @@ class Ranked:
             0.0, 1.0)
 
 
-def above_floor(gaps):
-    """Return by how many standard deviations the mean of gaps of separate segments is large."""
+def above_floor(gaps, off=0.0):
+    """Return by how many deviations the mean of gaps of separate segments is above floor + off."""
     spread = np.sqrt(np.sum([g.floor_std ** 2 for g in gaps])) / len(gaps)
-    return float(np.mean([g.value - g.floor for g in gaps]) / spread)
+    return float((np.mean([g.value - g.floor for g in gaps]) - off) / spread)
+
+
+def beside_law(p_value, explained):
+    """
+    Return the p-value of what an effect leaves, beside what its law may be off by, eq. (113e).
+
+    `explained` is the log likelihood that the effect gains: half of the square of its standard
+    deviations, of which a tenth may be left in whatever direction a test looks.
+    """
+    if p_value < 1e-300:        # beyond what a number can say
+        return p_value
+    scale = np.sqrt(1 + 2 * LIMITS['law_error'].value ** 2 * max(explained, 0.0))
+    return float(2 * norm.sf(norm.isf(p_value / 2) / scale))
 
 
 def log_prior_ratio(priors, covariance):

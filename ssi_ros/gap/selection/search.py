@@ -1,7 +1,7 @@
 """From the tests of the nominal to ranked candidates: single effects, distant sizes, pairs."""
 from dataclasses import replace
 
-from ssi_ros.gap.selection.evidence import log_posterior, Ranked
+from ssi_ros.gap.selection.evidence import beside_law, log_posterior, Ranked
 from ssi_ros.gap.selection.thresholds import SELECTION as LIMITS
 
 KEPT = 6                # candidates that are fitted to the end, at most
@@ -58,7 +58,8 @@ class Search:
         """Return whether what the best candidate leaves calls for a second effect."""
         # an approximate form leaves something; an exact one is asked at the usual level
         limit = 'residual_p' if _is_approximate(best) else 'second_effect_p'
-        return residual.p_value < LIMITS[limit].value
+        explained = best.log_evidence - self.comparison.null.log_likelihood
+        return beside_law(residual.p_value, explained) < LIMITS[limit].value
 
     def with_pairs(self, ranked, residual):
         """Return the candidates with pairs of effects among them, and what the best leaves."""

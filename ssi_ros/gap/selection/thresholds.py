@@ -19,6 +19,9 @@ SELECTION = {
     'doubt': Threshold(
         0.01, '1', 'engineering choice: share of records that a likelihood is not right about, in '
         'a way that no test sees; nothing is more probable than 1 less this'),
+    'law_error': Threshold(
+        0.1, '1', 'engineering choice: share of its own size that the law of an effect is off by, '
+        'eq. (113e): none is exact for a real spacecraft'),
     'residual_p': Threshold(
         3e-3, '1', 'p-value of the residual below which a candidate does not explain the record: '
         'three standard deviations, two-sided'),

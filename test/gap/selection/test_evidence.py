@@ -3,12 +3,15 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
 from ssi_ros.effects import parse_effect
 from ssi_ros.gap.candidate import Candidate, priors_of
+from ssi_ros.gap.comparison import GapStatistic
 from ssi_ros.gap.inference.goodness_of_fit import distance_of, floor_of_band, Gap
 from ssi_ros.gap.selection.cross_validation import reduction
-from ssi_ros.gap.selection.evidence import log_prior_ratio, posterior, Ranked, size_factor
+from ssi_ros.gap.selection.evidence import (
+    beside_law, log_prior_ratio, posterior, Ranked, size_factor)
 from ssi_ros.gap.settings import DiagnosisSettings
 
 
@@ -62,6 +65,19 @@ def test_something_unknown_is_as_probable_as_the_p_value_says(p_value, low, high
     _, none, unknown = posterior((), null, 1.0, p_value, 30, DiagnosisSettings())
     assert low < unknown < high
     assert none + unknown == pytest.approx(1.0)
+
+
+def test_a_law_may_be_off_by_a_tenth_of_what_it_explains():
+    """Five deviations beside ten stay; beside a hundred they are what a law leaves, (113e)."""
+    p_value = 2 * norm.sf(5.0)
+    assert beside_law(p_value, 0.0) == pytest.approx(p_value)
+    assert beside_law(p_value, 10.0 ** 2 / 2) < 1e-3
+    assert beside_law(p_value, 100.0 ** 2 / 2) > 0.5
+    assert beside_law(0.0, 1e9) == 0.0      # how small it is no number says
+
+    floor = GapStatistic(0.2, 0.1, 0.01), GapStatistic(0.2, 0.1, 0.01)
+    assert not Ranked(None, held_out=floor, removed=1.0).inside
+    assert Ranked(None, held_out=floor, removed=9.0).inside
 
 
 @pytest.mark.parametrize('fitted, true_share', [(1.0, 1.0), (0.5, None)])
