@@ -22,7 +22,7 @@ class GyroscopicCoupling(Effect):
     site = Site.STRUCTURE
     size = 'momentum_n_m_s'
     reference = 'paper, eq. (3a), with stored momentum; docs/theory.md, section 3'
-    starts = {'momentum_n_m_s': (-15.0, 15.0), 'impulse_n_m_s': (0.03,)}
+    starts = {'momentum_n_m_s': (-15.0, 15.0), 'impulse_n_m_s': (0.03, 0.3, 3.0)}
     follows = {'momentum_n_m_s': 'momentum', 'impulse_n_m_s': 'torque'}
     patterns = (ModalPattern.NEW_MODE, ModalPattern.MODE_FREQUENCIES)
 

@@ -19,7 +19,7 @@ from ssi_ros.model.spacecraft import Spacecraft
 from ssi_ros.records import Samples
 from ssi_ros.updating.adapted_comparison import AdaptedComparison
 from ssi_ros.updating.prior import known_by_recordings
-from ssi_ros.updating.refilled import adapted_and_filled, of_clipped
+from ssi_ros.updating.refilled import adapted_and_filled, as_the_best_has_it, of_clipped
 from ssi_ros.updating.settled import best_of, explains, is_better, search_of, settled
 
 
@@ -65,9 +65,8 @@ class ModelNominal:
         """
         settings = getattr(self.spacecraft, 'cut', lambda usual: usual)(settings)
         spacecraft, simulator, record, levels = self.ready(samples, settings)
-        effects = acting(effects, simulator)
+        effects, calibration = acting(effects, simulator), spacecraft.calibration
         record = replace(record, sought=_without(self.present, effects))
-        calibration = spacecraft.calibration
         prior = known_by_recordings(calibration) if calibration.covariance else None
 
         def beside(side, prior):
@@ -75,21 +74,31 @@ class ModelNominal:
             return ModelComparison(side, there, settings, effects, levels, progress, prior)
 
         as_it_is = beside(simulator, prior)
+        if refilled := (prior or spacecraft.uncertainty.exact) and as_the_best_has_it(as_it_is):
+            record = refilled
+            as_it_is = beside(simulator, prior)
         if prior:
             return settled(as_it_is, beside)
+        return as_it_is if spacecraft.uncertainty.exact else self._as_declared(as_it_is, progress)
+
+    def _as_declared(self, as_it_is, progress):
+        """Return the comparison with a model that errs by what it declares, moved if need be."""
         doubt = as_it_is.doubtful       # errors of a model turn phases, and raise levels
-        if spacecraft.uncertainty.exact or explains(as_it_is) and not doubt:
+        if explains(as_it_is) and not doubt:
             return as_it_is
         # what is as far as this is wrong itself, more probably than one effect is so large
         wrong = doubt or as_it_is.goodness_of_fit(as_it_is.null).lost > LIMITS.wrong_model.value
         best, done = (None, False) if wrong else best_of(as_it_is)
         if done:
             return as_it_is
+        simulator, record, settings = as_it_is.simulator, as_it_is.record, as_it_is.settings
         if self.inputs is None:
             adapted, record = adapted_and_filled(simulator, record, settings, progress)
         else:
-            adapted, record = adapted_beside(spacecraft, simulator, record, settings, progress)
-        moved = AdaptedComparison(simulator, adapted, record, settings, effects, progress)
+            adapted, record = adapted_beside(
+                simulator.spacecraft, simulator, record, settings, progress)
+        moved = AdaptedComparison(
+            simulator, adapted, record, settings, as_it_is.effects, progress)
         if doubt or explains(moved):
             return moved
         there = next(iter(search_of(moved).singles()), None)
