@@ -23,6 +23,9 @@ $(VENV)/.ready: requirements.lock setup.py setup.cfg
 demo: $(VENV)/.ready  ## simulate, identify live, record to MCAP, replay, compare
 	@$(BIN)/ssi_ros demo
 
+# Workers side by side: threads of linear algebra of each would only wait for those of the other.
+test test-slow: export OMP_NUM_THREADS = 1
+
 test: $(VENV)/.ready  ## all tests: what runs by the clock first, then the rest on up to four cores
 	@$(BIN)/python -m pytest test -m 'by_the_clock and not slow' --numprocesses=2 --dist=loadfile \
 	  --max-worker-restart=0
