@@ -9,8 +9,9 @@ from ssi_ros.effects import effect_class, inject, parse_effect, places, simulate
 from ssi_ros.effects.scales import scales_of
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.driver import diagnose
-from ssi_ros.gap.inference.score_test import make_templates, promise
-from ssi_ros.gap.nominal.starting_points import at_size, starting_points
+from ssi_ros.gap.inference.model_fit import fit
+from ssi_ros.gap.inference.score_test import make_templates, promise, score
+from ssi_ros.gap.nominal.starting_points import at_size, promising, starting_points
 from ssi_ros.model import load_spacecraft
 from ssi_ros.model.uncertainty import EXACT
 from ssi_ros.updating.model_uncertainty import no_uncertainty
@@ -49,6 +50,22 @@ def test_changes_of_second_degree_follow_from_two(name):
         _, cosine = promise(make_templates(simulator, [sized, *starts]), null, simulator.frame,
                             no_uncertainty(simulator.frame, 4))
         assert np.max(cosine[0, 1:]) > 0.9
+
+
+@pytest.mark.parametrize('text', [
+    'sensor_bandwidth:corner_hz=40', 'sensor_bandwidth:channel=e1_b,corner_hz=400',
+    'excitation_colour:corner_hz=80', 'timestamp_jitter:rms_s=0.0005'])
+def test_a_score_is_read_as_a_size_near_the_true_one(text):
+    """Of one channel a low-pass is a lag, of all a loss: a power of -1 and one of -4."""
+    effect = parse_effect(text)
+    craft = replace(load_spacecraft(), uncertainty=EXACT)
+    simulator = record(600.0)[1]
+    evidence = simulator.evidence(simulate_setup(inject(craft, [effect], 600.0), 5))
+    templates = make_templates(simulator, starting_points([type(effect)], craft))
+    null, free = fit(simulator, evidence), no_uncertainty(simulator.frame, 4)
+    (begin,) = promising(score(templates, null, evidence, free), 1)
+    ratio = getattr(begin, effect.size) / getattr(effect, effect.size)
+    assert begin.kind() == effect.kind() and 0.6 < ratio < 1.6
 
 
 def small_craft():

@@ -12,6 +12,7 @@ from ssi_ros.quantity import in_range, quantities
 OTHERS = 5              # starts of an effect beside its best
 MOST_PAIRS = 4000       # pairs of templates that are looked through for the best
 FACTORS = (0.3, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0)    # starting values of a large size
+SAME_GAIN = 1.0         # nats by which the gains of starts differ that are equally good
 SIZE_STEPS = 1e-4, 30.0     # smallest and largest factor that a score may put on a starting value
 
 
@@ -58,8 +59,13 @@ def promising(scores, count):
     for i in np.argsort(-gains):
         if gains[i] < LIMITS['promising'].value or len(found) == count:
             break
-        found.setdefault(scores.effects[i].name, at_size(scores.effects[i], scores.size[i]))
-    return list(found.values())
+        found.setdefault(scores.effects[i].name, int(i))
+    names = np.array([e.name for e in scores.effects])
+    for name, best in found.items():
+        # of starts that explain as much, that which is as large already: none is sure far away
+        same = np.flatnonzero((names == name) & (gains > gains[best] - SAME_GAIN))
+        found[name] = same[np.argmin(np.abs(np.log(np.abs(scores.size[same]))))]
+    return [at_size(scores.effects[i], scores.size[i]) for i in found.values()]
 
 
 def elsewhere(scores, likely):
