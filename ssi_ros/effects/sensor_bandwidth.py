@@ -27,7 +27,7 @@ class SensorBandwidth(Effect):
 
     @property
     def power(self):
-        """Of one channel its lag shows, as f / corner; of all at once their loss, as its fourth."""
+        """Of one channel its lag shows, as f / corner; of all together the loss, as its 4th."""
         return -4.0 if self.channel == 'all' else -1.0
 
     def apply(self, setup):
