@@ -101,8 +101,12 @@ def beside_law(p_value, explained):
     """
     if p_value < 1e-300:        # beyond what a number can say
         return p_value
-    scale = np.sqrt(1 + 2 * LIMITS['law_error'].value ** 2 * max(explained, 0.0))
-    return float(2 * norm.sf(norm.isf(p_value / 2) / scale))
+    return float(2 * norm.sf(norm.isf(p_value / 2) / np.sqrt(law_variance(explained))))
+
+
+def law_variance(explained):
+    """Return the variance of a score beside an effect whose law is right to a tenth, (113e)."""
+    return 1 + 2 * LIMITS['law_error'].value ** 2 * max(explained, 0.0)
 
 
 def log_prior_ratio(priors, covariance):
@@ -166,8 +170,8 @@ def posterior(ranked, null, residual, anomaly, effects, settings):
     none from that of anomalies. `effects` is the number of effects that were considered. No
     likelihood is certain to be right: in a share of all records the prior holds, eq. (113d).
     """
-    logs = np.array([log_posterior(r, settings, effects) for r in ranked]
-                    + [null.log_evidence + np.log(settings.prior_none)])
+    logs = np.append(_beside_the_best(ranked, settings, effects),
+                     null.log_evidence + np.log(settings.prior_none))
     # Where something else is there, the residual is improbable: p has the density a p^(a - 1).
     a = LIMITS['alternative_exponent'].value
     rest, rare = (np.log(a) + (a - 1) * np.log(max(p, 1e-300)) for p in (residual, anomaly))
@@ -184,6 +188,16 @@ def posterior(ranked, null, residual, anomaly, effects, settings):
     doubt = LIMITS['doubt'].value
     shares = (1 - doubt) * weights / weights.sum() + doubt * before / before.sum()
     return shares[:-2], float(shares[-2]), float(shares[-1])
+
+
+def _beside_the_best(ranked, settings, effects):
+    """Return the log posteriors of candidates, (n,), whose laws are right to a tenth, (113e)."""
+    logs = np.array([log_posterior(r, settings, effects) for r in ranked])
+    if not len(ranked):
+        return logs
+    best = ranked[int(np.argmax(logs))]
+    evidence = np.array([best.log_evidence - r.log_evidence for r in ranked])
+    return logs + evidence * (1 - 1 / law_variance(best.explained))
 
 
 def undetected(test, effects, settings):

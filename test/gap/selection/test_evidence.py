@@ -80,6 +80,17 @@ def test_a_law_may_be_off_by_a_tenth_of_what_it_explains():
     assert Ranked(None, held_out=floor, removed=9.0).inside
 
 
+@pytest.mark.parametrize('explained, ratio', [(0.0, np.exp(-15)), (200.0, np.exp(-3))])
+def test_laws_are_not_compared_as_if_they_were_exact(explained, ratio):
+    """Of an effect of 20 deviations a tenth is two: 15 nats then say as much as 3, (113e)."""
+    settings = DiagnosisSettings()
+    fits = [SimpleNamespace(log_likelihood=v, candidate=SimpleNamespace(names=(n,)))
+            for v, n in ((200.0, 'one'), (185.0, 'other'))]
+    shares, *_ = posterior([Ranked(f, explained=explained) for f in fits],
+                           Ranked(SimpleNamespace(log_likelihood=0.0)), 1.0, 1.0, 30, settings)
+    assert shares[1] / shares[0] == pytest.approx(ratio, rel=0.02, abs=1e-3)   # and (113d)
+
+
 @pytest.mark.parametrize('fitted, true_share', [(1.0, 1.0), (0.5, None)])
 def test_the_interval_of_the_closed_share_covers_it(fitted, true_share):
     """A gap in few of many bands, as a line makes it, is no reason for a wide interval, (113)."""
