@@ -136,20 +136,16 @@ class MSequence(_OneInput):
 
 
 @dataclass(frozen=True)
-class Nutation:
+class Nutation(_OneInput):
     """What an impulse on an input has left of a motion that turns and hardly decays, (23c)."""
 
     input: str                  # noqa: A003
     impulse: float
     name: str = 'nutation'
 
-    def begin(self, rate_hz, inputs, generator):
-        """Return the forces as a function of first sample and count: none."""
-        return lambda first, count: np.zeros((count, len(inputs)))
-
-    def covariance(self, rate_hz, inputs):
-        """Return zeros (m, m): nothing here is random and stationary."""
-        return np.zeros((len(inputs), len(inputs)))
+    def at(self, steps, rate_hz):
+        """Return zeros: nothing acts any more."""
+        return np.zeros(len(steps))
 
     def state(self, sampled, inputs):
         """Return the modal state at t = 0 of a Sampled, (p,): zero but for what does not decay."""
