@@ -147,7 +147,8 @@ class Sampled:
     @property
     def nutates(self):
         """Which poles (p,) turn and hardly decay."""
-        return _nutates(self.poles)
+        turn = np.abs(np.angle(self.poles))
+        return (turn > 0.0) & (1 - np.abs(self.poles) < NUTATES * turn)
 
     def response(self, z):
         """Return the transfer function at every z = exp(j omega dt), (f, l, m), eq. (22)."""
@@ -175,14 +176,8 @@ class Sampled:
 
 def settling(poles, rate_hz, rows):
     """Return the factors of poles (n,) that settle within so many rows; see `Sampled.within`."""
-    size, turns = np.abs(poles), np.abs(np.angle(poles)) * rows > LEAST_TURN
-    lasting = turns & (_lasting(poles, rate_hz) | _nutates(poles) & (size ** rows > np.exp(-1)))
-    return np.where(lasting, np.exp(-1 / rows) / np.where(lasting, size, 1.0), 1.0)
-
-
-def _nutates(poles):
-    turn = np.abs(np.angle(poles))
-    return (turn > 0.0) & (1 - np.abs(poles) < NUTATES * turn)
+    lasting = _lasting(poles, rate_hz) & (np.abs(np.angle(poles)) * rows > LEAST_TURN)
+    return np.where(lasting, np.exp(-1 / rows) / np.where(lasting, np.abs(poles), 1.0), 1.0)
 
 
 def _lasting(poles, rate_hz):

@@ -9,6 +9,7 @@ from ssi_ros.model import assemble, natural_modes, simulate, Spacecraft, stream
 from ssi_ros.model.disturbances import Firings
 from ssi_ros.model.excitation import Coloured, White
 from ssi_ros.model.simulator import propagate
+from ssi_ros.model.statespace import settling
 from ssi_ros.records import Samples
 
 
@@ -85,6 +86,13 @@ def test_a_coloured_excitation_has_gone_on_for_ever_too(system):
     fast = np.diff(runs, n=2, axis=1)
     assert fast[:, :100].std(axis=(0, 1)) == pytest.approx(
         fast[:, -100:].std(axis=(0, 1)), rel=0.25)
+
+
+def test_only_what_takes_an_hour_to_settle_grows_over_a_record():
+    """A mode of 0.5 Hz with 0.05 % of damping, 640 s, is stationary like all others, (23b)."""
+    slow, forever = (np.exp((-z + 1j) * 2 * np.pi * 0.5 / 100.0) for z in (5e-4, 5e-5))
+    slowly, held = settling(np.array([slow, forever]), 100.0, 60_000)
+    assert slowly == 1.0 and abs(forever * held) == pytest.approx(np.exp(-1 / 60_000))
 
 
 def test_the_state_stays_bounded(system):
