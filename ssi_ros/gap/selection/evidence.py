@@ -193,11 +193,16 @@ def posterior(ranked, null, residual, anomaly, effects, settings):
 def _beside_the_best(ranked, settings, effects):
     """Return the log posteriors of candidates, (n,), whose laws are right to a tenth, (113e)."""
     logs = np.array([log_posterior(r, settings, effects) for r in ranked])
-    if not len(ranked):
-        return logs
-    best = ranked[int(np.argmax(logs))]
-    evidence = np.array([best.log_evidence - r.log_evidence for r in ranked])
-    return logs + evidence * (1 - 1 / law_variance(best.explained))
+    counts, before = np.array([len(r.names) for r in ranked]), 0.0
+    for count in np.unique(counts):
+        # a second effect is compared with others by what it adds to the best single one
+        alike = np.flatnonzero(counts == count)
+        best = ranked[alike[np.argmax(logs[alike])]]
+        share = 1 - 1 / law_variance(best.explained - before)
+        logs[alike] += share * np.array([best.log_evidence - ranked[i].log_evidence
+                                         for i in alike])
+        before = max(before, best.explained)
+    return logs
 
 
 def undetected(test, effects, settings):
