@@ -90,6 +90,17 @@ def source(part):
     return part
 
 
+def colour_of(part, frequencies_hz):
+    """Return the power gain at frequencies of all the colours that a part has."""
+    return np.prod([layer.power(frequencies_hz) for layer in layers(part)
+                    if isinstance(layer, Coloured)], axis=0)
+
+
+def has_colour(part):
+    """Return whether a part has a colour."""
+    return any(isinstance(layer, Coloured) for layer in layers(part))
+
+
 @dataclass(frozen=True)
 class Varying:
     """A part times the level 1 + depth sin(2 pi t / period_s + phase_rad), eq. (29)."""

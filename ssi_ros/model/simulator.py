@@ -10,7 +10,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from ssi_ros.model.excitation import (
-    begin_all, Coloured, generator, layers, total_covariance)
+    begin_all, colour_of, generator, has_colour, total_covariance)
 from ssi_ros.model.system import natural_modes
 from ssi_ros.records import Samples
 
@@ -144,8 +144,13 @@ def stationary_start(sampled, parts, inputs, seed):
     Random parts give a Gaussian state of the stationary covariance; a sine gives its steady
     response, a nutation goes on; what happens at set times has not happened yet.
     """
-    covariance = sum(_coloured(sampled, layers).state_covariance(
-        total_covariance(alike, sampled.rate_hz, inputs)) for layers, alike in _by_colour(parts))
+    covariance = sampled.state_covariance(total_covariance(
+        [p for p in parts if not has_colour(p)], sampled.rate_hz, inputs))
+    at_hz = np.abs(np.angle(sampled.poles)) * sampled.rate_hz / (2 * np.pi)
+    for part in filter(has_colour, parts):
+        # each mode is excited as much less as the colours have power at its frequency
+        less = replace(sampled, b=sampled.b * np.sqrt(colour_of(part, at_hz))[:, None])
+        covariance += less.state_covariance(part.covariance(sampled.rate_hz, inputs))
     power = np.diag(covariance)
     # a mode that nothing excites has only rounding in its row: it starts at rest
     size = np.sqrt(np.where(power > ROUNDING * power.max(initial=0.0), power, 0.0))
@@ -162,24 +167,6 @@ def stationary_start(sampled, parts, inputs, seed):
         if hasattr(part, 'state'):
             z = z + part.state(sampled, inputs)
     return z
-
-
-def _by_colour(parts):
-    """Return pairs of colours and the parts that have them, those of no colour first."""
-    found = {(): []}
-    for part in parts:
-        found.setdefault(tuple(p for p in layers(part) if isinstance(p, Coloured)), []).append(
-            part)
-    return found.items()
-
-
-def _coloured(sampled, colours):
-    """Return a system excited as much less as colours have power at each of its modes."""
-    if not colours:
-        return sampled
-    at_hz = np.abs(np.angle(sampled.poles)) * sampled.rate_hz / (2 * np.pi)
-    gain = np.sqrt(np.prod([c.power(at_hz) for c in colours], axis=0))
-    return replace(sampled, b=sampled.b * gain[:, None])
 
 
 def _steady(sampled, amplitudes, omega):

@@ -19,7 +19,7 @@ from ssi_ros.effects.statistical_linearisation import linearise
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.hermitian import inverse_root, real_vectors
 from ssi_ros.model.disturbances import Chirp, Sine
-from ssi_ros.model.excitation import Coloured, layers, source
+from ssi_ros.model.excitation import colour_of, source
 from ssi_ros.model.statespace import stationary_divisor
 from ssi_ros.updating.heights import Heights
 from ssi_ros.updating.model_uncertainty import ModelUncertainty
@@ -122,10 +122,8 @@ def _modal_powers(sampled, system, levels):
     for part in system.excitation:
         inner = source(part)
         if not isinstance(inner, (Sine, Chirp)):
-            colour = np.prod([layer.power(frequency_hz) for layer in layers(part)
-                              if isinstance(layer, Coloured)], axis=0)
             covariance = inner.covariance(system.rate_hz, system.inputs)
-            total += levels.get(inner.name, 1.0) * colour * np.einsum(
+            total += levels.get(inner.name, 1.0) * colour_of(part, frequency_hz) * np.einsum(
                 'im,mn,in->i', sampled.b, covariance, sampled.b.conj()).real
     settled = np.diag(stationary_divisor(sampled.poles, system.rate_hz)).real
     return np.sum(np.abs(sampled.c) ** 2, axis=0) * total / settled

@@ -9,8 +9,8 @@ from ssi_ros.updating.adapt import adapt
 from ssi_ros.updating.settled import explains, search_of
 from ssi_ros.updating.systematic_errors import filled_share
 
-REFILLS = 8             # of the gaps of a record by a model that is moved, at most,
 LEAST_NATS = 2.0        # that an effect gains in the share of a record that is filled
+REFILLS = 8             # of the gaps of a record by a model that is moved, at most,
 SETTLED = 0.05          # until no error moves by so many of its deviations
 
 
