@@ -46,6 +46,8 @@ def maximise(here, caps, steps, least=-np.inf):
             if not np.all(np.isfinite(step)):
                 return None, information
             step = step * min(1.0, np.min(caps / np.maximum(np.abs(step), 1e-300)))
+            if gain < 0.0 and (score - information @ step / 2) @ step < limit:
+                break           # so short a step gains nothing that counts
             there = here.at(here.x + step)
             gain = -np.inf if there is None else _gain(here, there, score)
             if gain > 0.0:

@@ -25,14 +25,31 @@ def white(lower, change):
         X. Leading axes of one that the other has not are repeated.
 
     """
-    kind, shape = np.result_type(lower, change), np.broadcast_shapes(lower.shape, change.shape)
-    if (shape[-1] > SMALL or kind.kind != 'c' or not 3 <= len(shape) <= 4
-            or lower.shape[-3:] != change.shape[-3:]):
+    if (sides := _same(lower, change)) is None:
         return lower @ change @ lower.conj().swapaxes(-1, -2)
-    sides = [np.ascontiguousarray(x, kind).reshape(-1, *shape[-3:]) for x in (lower, change)]
-    out = np.empty((max(map(len, sides)), *shape[-3:]), kind)
+    shape = np.broadcast_shapes(lower.shape, change.shape)
+    out = np.empty((max(map(len, sides)), *shape[-3:]), sides[0].dtype)
     _white(*sides, out)
     return out.reshape(shape)
+
+
+def white_vectors(lower, change):
+    """Return `white` of Hermitian matrices as `real_vectors`, shape (a, k l l)."""
+    if (sides := _same(lower, change)) is None:
+        return real_vectors(white(lower, change))
+    out = np.empty((max(map(len, sides)), *change.shape[-3:]), sides[0].real.dtype)
+    _white_vectors(*sides, out)
+    return out.reshape(len(out), -1)
+
+
+def _same(lower, change):
+    """Return both as (n, k, l, l) of one complex kind, or None where a library is faster."""
+    kind = np.result_type(lower, change)
+    if (change.shape[-1] > SMALL or kind.kind != 'c'
+            or not 3 <= max(lower.ndim, change.ndim) <= 4
+            or lower.shape[-3:] != change.shape[-3:]):
+        return None
+    return [np.ascontiguousarray(x, kind).reshape(-1, *x.shape[-3:]) for x in (lower, change)]
 
 
 @njit(cache=True)
@@ -55,6 +72,29 @@ def _white(lower, change, out):
                     for m in range(1, j + 1):
                         total += half[i, m] * lower[one, k, j, m].conjugate()
                     out[n, k, i, j] = total
+
+
+@njit(cache=True)
+def _white_vectors(lower, change, out):
+    """Write the real vectors of L^-1 X L^-H, (n, k, l, l), of Hermitian X: half is enough."""
+    bins, count = lower.shape[1:3]
+    half = np.empty(count, lower.dtype)
+    for n in range(len(out)):
+        one, two = n % len(lower), n % len(change)
+        for k in range(bins):
+            for i in range(count):
+                for j in range(i + 1):
+                    total = lower[one, k, i, 0] * change[two, k, 0, j]
+                    for m in range(1, i + 1):
+                        total += lower[one, k, i, m] * change[two, k, m, j]
+                    half[j] = total
+                for j in range(i + 1):
+                    total = half[0] * lower[one, k, j, 0].conjugate()
+                    for m in range(1, j + 1):
+                        total += half[m] * lower[one, k, j, m].conjugate()
+                    out[n, k, i, j] = total.real + total.imag
+                    if j < i:
+                        out[n, k, j, i] = total.real - total.imag
 
 
 def inverse_root(matrices):

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ssi_ros.hermitian import inverse_root, real_vectors, white
+from ssi_ros.hermitian import inverse_root, white_vectors
 
 NEXT, FAR = 3, 0.4       # modes to the next, or log frequency ratio, beyond which two are apart
 STEPS = 3               # of the reweighted least squares
@@ -46,8 +46,8 @@ class ForceSpectra:
         found = start
         for step in range(STEPS):
             lower = _lower(found, spectrum, first=step == 0)
-            rows = real_vectors(white(lower, free))
-            rest = real_vectors(white(lower, (spectrum - start)[None]))
+            rows = white_vectors(lower, free)
+            rest = white_vectors(lower, (spectrum - start)[None])
             inner = count * (rows @ rows.T) * np.outer(scales, scales)
             inner += np.eye(len(rows)) / FREE_STD ** 2
             moved = scales * np.linalg.solve(inner, count * scales * (rows @ rest[0]))
@@ -57,7 +57,7 @@ class ForceSpectra:
 
     def basis(self, lower, changed=lambda matrices: matrices):
         """Return orthonormal rows, (k, b l l), of what levels change, whitened by (b, l, l)."""
-        rows = real_vectors(white(lower, changed(self.matrices)))
+        rows = white_vectors(lower, changed(self.matrices))
         rows /= np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), 1e-300)
         values, vectors = np.linalg.eigh(rows @ rows.T)
         kept = values > LEAST_SHARE * len(rows)
@@ -96,8 +96,8 @@ def force_spectra(modes, frequencies_hz, spectrum):
     found, values = spectrum, None
     for step in range(STEPS):
         lower = _lower(found, spectrum, first=step == 0)
-        rows = real_vectors(white(lower, matrices))
-        rest = real_vectors(white(lower, spectrum[None]))
+        rows = white_vectors(lower, matrices)
+        rest = white_vectors(lower, spectrum[None])
         norms = np.linalg.norm(rows, axis=1)
         inner = (rows @ rows.T) / np.outer(norms, norms) + RIDGE * np.eye(len(rows))
         values = np.linalg.solve(inner, (rows @ rest[0]) / norms) / norms

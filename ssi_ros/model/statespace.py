@@ -199,4 +199,5 @@ def stationary_divisor(poles, rate_hz, turn=1.0):
 
 def _response(poles, c, b, d, s):
     away = 1.0 / (np.asarray(s)[:, None] - poles[None, :])
-    return np.matmul(c[None] * away[:, None, :], b) + d
+    residues = (c.T[:, :, None] * b[:, None, :]).reshape(len(poles), -1)
+    return (away @ residues).reshape(-1, *d.shape) + d

@@ -15,11 +15,11 @@ from ssi_ros.effects.edits import mix, scale_stiffness
 from ssi_ros.effects.points import dispersed, single_modes, with_mode
 from ssi_ros.effects.statistical_linearisation import linearise
 from ssi_ros.gap.inference.whittle import whiten
-from ssi_ros.hermitian import hermitian, inverse_root, real_vectors, white
+from ssi_ros.hermitian import hermitian, inverse_root, white_vectors
 from ssi_ros.model.errors import with_frequencies
 from ssi_ros.model.excitation import Coloured
 from ssi_ros.updating.merged_bins import merged_bins, MergedBins
-from ssi_ros.updating.probable_errors import ErrorLikelihood, factors, most_probable
+from ssi_ros.updating.probable_errors import ErrorLikelihood, factors, most_probable, seen
 
 STEP = 1e-4             # relative change for a difference quotient
 
@@ -104,14 +104,9 @@ class ModelUncertainty:
         X = R^-1 (1 + E) R^-H, the record whitened by all.
         """
         count, shape = whitened.lower.shape[-1], whitened.excess.shape
-        root = self._factors(most, count)
-        inverse = np.linalg.inv(root)
-        record = hermitian(whitened.excess.reshape(-1, count, count)).reshape(
-            len(whitened.excess), *root.shape) + np.eye(count)
-        left = record @ (inverse.conj().swapaxes(-1, -2) @ inverse) - np.eye(count)
-        upper = np.triu(left, 1)
-        upper += upper.conj().swapaxes(-1, -2) + left.real * np.eye(count)
-        return real_vectors(upper).reshape(shape)
+        out = np.empty((shape[0], shape[1] // count ** 2, count, count))
+        seen((most @ self.vectors).reshape(out.shape[1:]), whitened.excess.reshape(out.shape), out)
+        return out.reshape(shape)
 
     def _factors(self, most, count):
         """Return the factors R of errors (n,), (k, l, l)."""
@@ -149,8 +144,8 @@ def model_uncertainty(simulator, candidate, levels, settings):
     setup = replace(linearise(simulator.setup(candidate, levels)), drift=0.0)
     base = simulator.spectrum(setup).at(levels)
     lower = inverse_root(base)
-    found = [(name, size / STEP * real_vectors(white(
-        lower, simulator.spectrum(moved).at(levels) - base)).mean(axis=0))
+    found = [(name, size / STEP * white_vectors(
+        lower, simulator.spectrum(moved).at(levels) - base).mean(axis=0))
         for name, moved, size in _moves(setup, settings) if size > 0.0]
     if not found:
         return no_uncertainty(simulator.frame, base.shape[-1])

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from ssi_ros.gap.candidate import Candidate
-from ssi_ros.hermitian import inverse_root, real_vectors, white
+from ssi_ros.hermitian import inverse_root, white_vectors
 from ssi_ros.model.errors import declared
 from ssi_ros.updating.correlation import heights_of
 from ssi_ros.updating.model_uncertainty import model_uncertainty, ModelUncertainty
@@ -171,7 +171,7 @@ def error_directions(simulator, levels, prior, candidate=Candidate()):
     sizes = np.maximum(np.linalg.norm(prior.root, axis=1), 1e-12)
     plain = plain_slopes(simulator, levels, sizes, candidate)
     each = plain.whitened(lower[0]) if plain else np.array([
-        real_vectors(white(lower, c)).mean(axis=0, dtype=np.float32)
+        white_vectors(lower, c).mean(axis=0, dtype=np.float32)
         for c in slopes(simulator, base, levels, sizes, candidate)])
     root, doubled = prior.root / sizes[:, None], each.astype(float)
     information = frame.segments / frame.inflation * (root.T @ (doubled @ doubled.T) @ root)

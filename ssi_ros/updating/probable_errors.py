@@ -47,29 +47,30 @@ class ErrorLikelihood:
         """Return V as real sums, (k, l, l)."""
         return (errors @ self.vectors).reshape(self.record.shape)
 
-    def at(self, errors):
-        """Return the _Place of errors, or None where R has no positive diagonal."""
+    def at(self, errors, change=None):
+        """Return the _Place of errors, of this V, or None where R has no positive diagonal."""
+        change = self.change(errors) if change is None else change
         root, record = np.zeros_like(self.record), np.empty_like(self.record)
         slopes = np.empty(self.record.shape)
-        value = _seen(self.change(errors), self.record, self.many, root, record, slopes)
+        value = _seen(change, self.record, self.many, root, record, slopes)
         if not np.isfinite(value):
             return None
         moved = errors + self.offset
         value = self.weight * value - float(
             moved @ moved - np.sum(np.square(self.offset))) / 2
-        return _Place(errors, value, self.weight * (self.vectors @ slopes.ravel()) - moved,
-                      root, record)
+        return _Place(errors, change, value,
+                      self.weight * (self.vectors @ slopes.ravel()) - moved, root, record)
 
-    def curvature(self, place, step):
-        """Return minus the second derivative of the likelihood along a step, (n,)."""
-        return self.weight * _bent(self.change(step), place.root, place.record,
-                                   self.many) + step @ step
+    def curvature(self, place, step, change):
+        """Return minus the second derivative of the likelihood along a step, (n,), of this V."""
+        return self.weight * _bent(change, place.root, place.record, self.many) + step @ step
 
 
 class _Place(NamedTuple):
     """Errors, their likelihood over that of none, and its slopes."""
 
     errors: np.ndarray      # (n,)
+    change: np.ndarray      # (k, l, l), V as real sums
     value: float
     slopes: np.ndarray      # (n,)
     root: np.ndarray        # (k, l, l), R^-1
@@ -113,10 +114,14 @@ def most_probable(likelihood, information, free, start=None):
             step = steepest + share * along
             step = step if here.slopes @ step > 0.0 else steepest
         along, before, moving = step, (steepest, here.slopes), now
-        slope, curved = here.slopes @ step, likelihood.curvature(here, step)
+        turned = likelihood.change(step)
+        slope, curved = here.slopes @ step, likelihood.curvature(here, step, turned)
         far = slope / curved if curved > slope / LONGEST else LONGEST
         for _ in range(HALVINGS):
-            there = likelihood.at(np.clip(here.errors + far * step, -most, most))
+            errors = here.errors + far * step
+            inside = np.abs(errors).max() <= most
+            there = likelihood.at(*((errors, here.change + far * turned) if inside
+                                    else (np.clip(errors, -most, most),)))
             if there and there.value > here.value:
                 break
             far = far / 2
@@ -201,3 +206,52 @@ def _bent(change, root, white, many):
                 if j <= i:
                     total += 2 * (seen * left[i, j].conjugate()).real
     return total
+
+
+@njit(cache=True, error_model='numpy')
+def seen(change, excess, out):
+    """
+    Write the excess whose product with a direction is the slope along it, `ModelUncertainty.seen`.
+
+    Parameters
+    ----------
+    change : ndarray, shape (k, l, l)
+        V of the errors, as real sums.
+    excess, out : ndarray, shape (a, k, l, l)
+        Of the record before and after, as real sums.
+
+    """
+    parts, bins, count = excess.shape[:3]
+    inverse = np.zeros((count, count), np.complex128)
+    inner, record = np.empty_like(inverse), np.empty_like(inverse)
+    for k in range(bins):
+        for j in range(count):
+            inverse[j, j] = 1.0 / (1.0 + change[k, j, j] / 2)
+            for i in range(j + 1, count):
+                total = 0.0 + 0.0j
+                for m in range(j, i):
+                    total += complex(change[k, i, m] + change[k, m, i],
+                                     change[k, i, m] - change[k, m, i]) / 2 * inverse[m, j]
+                inverse[i, j] = -total / (1.0 + change[k, i, i] / 2)
+        for i in range(count):
+            for j in range(i, count):               # R^-H R^-1
+                total = 0.0 + 0.0j
+                for m in range(j, count):
+                    total += inverse[m, i].conjugate() * inverse[m, j]
+                inner[i, j], inner[j, i] = total, total.conjugate()
+        for a in range(parts):
+            for i in range(count):
+                for j in range(count):
+                    up, down = excess[a, k, i, j], excess[a, k, j, i]
+                    record[i, j] = complex(up + down, up - down) / 2
+                record[i, i] += 1.0
+            for i in range(count):
+                for j in range(i, count):
+                    total = 0.0 + 0.0j
+                    for m in range(count):
+                        total += record[i, m] * inner[m, j]
+                    if i == j:
+                        out[a, k, i, i] = total.real - 1.0
+                    else:
+                        out[a, k, i, j] = total.real + total.imag
+                        out[a, k, j, i] = total.real - total.imag

@@ -11,7 +11,7 @@ import numpy as np
 
 from ssi_ros.effects.base import lateness
 from ssi_ros.gap.candidate import Candidate
-from ssi_ros.hermitian import real_vectors, white
+from ssi_ros.hermitian import real_vectors, white_vectors
 from ssi_ros.model.disturbances import Chirp, Nutation, Sine
 from ssi_ros.model.excitation import layers, source, Varying, White
 from ssi_ros.model.statespace import settling, stationary_divisor
@@ -92,9 +92,9 @@ class PlainSlopes:
             if of_gains.any():
                 half = half + of_gains[:, None, :, None].astype(np.float32) * own
             change = half + half.conj().swapaxes(-1, -2)
-            change = (scaled @ change @ scaled.conj().swapaxes(-1, -2) if mixed
-                      else white(scaled, change))
-            out[part] = real_vectors(change).reshape(-1, bins, count ** 2)
+            vectors = (real_vectors(scaled @ change @ scaled.conj().swapaxes(-1, -2)) if mixed
+                       else white_vectors(scaled, change))
+            out[part] = vectors.reshape(-1, bins, count ** 2)
         return out.reshape(p, -1)
 
     def _spectrum(self):

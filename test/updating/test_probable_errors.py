@@ -55,7 +55,7 @@ def test_slopes_and_curvature_are_derivatives(case):
         up, down = (likelihood(free, spectra, errors + s * along) for s in (h, -h))
         assert here.slopes @ along == pytest.approx((up - down) / (2 * h), rel=1e-5)
     up, down = (likelihood(free, spectra, errors + s * step) for s in (1e-3, -1e-3))
-    assert sought.curvature(here, step) == pytest.approx(
+    assert sought.curvature(here, step, sought.change(step)) == pytest.approx(
         (2 * here.value - up - down) / 1e-6, rel=1e-4)
 
 

@@ -15,7 +15,7 @@ from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.inference.whittle import whiten, whiten_each
 from ssi_ros.gap.nominal.simulator import level_prior
 from ssi_ros.gap.spectra.expected_periodogram import power_of
-from ssi_ros.hermitian import hermitian, inverse_root, real_vectors, white
+from ssi_ros.hermitian import hermitian, inverse_root, white_vectors
 from ssi_ros.updating.score_variance import as_gaussian
 
 DRAWS = 4000
@@ -157,11 +157,11 @@ class Directions:
         lower = inverse_root(model)[0].astype(np.complex64)
         # templates are made at nominal levels: the excitation of the record scales them
         level = np.float32(power_of(shares[:-1]) / templates.level)
-        self.flat = level * real_vectors(white(lower, templates.changes))
+        self.flat = level * white_vectors(lower, templates.changes)
         if templates.shifts is not None:
             moves = (templates.shifts @ uncertainty.into.T).astype(np.float32)
             self.flat -= moves @ uncertainty.vectors.astype(np.float32)
-        beside = [real_vectors(white(lower, s.mean(axis=0))[None])[0] for s in shares]
+        beside = [white_vectors(lower, s.mean(axis=0)[None])[0] for s in shares]
         self.basis = np.array(beside + list(uncertainty.vectors), np.float32)
         self.weight = count = len(segments) / frame.inflation
         prior = np.diag(np.append(level_prior(len(beside)), np.ones(len(uncertainty.vectors))))
@@ -170,7 +170,7 @@ class Directions:
         self.information = (count * (self.flat @ self.flat.T).astype(float)
                             - self.mixed @ self.inner @ self.mixed.T)
         parts = np.unique(frame.parts_of(segments))
-        self.modulation = {i: level * real_vectors(white(lower, s[parts]))
+        self.modulation = {i: level * white_vectors(lower, s[parts])
                            for i, s in templates.modulation.items()}
         for i, part in self.modulation.items():
             for j, other in self.modulation.items():

@@ -5,7 +5,7 @@ from functools import cached_property
 import numpy as np
 
 from ssi_ros.gap.spectra.segmentation import Frame, periodograms
-from ssi_ros.hermitian import inverse_root, real_vectors, white
+from ssi_ros.hermitian import inverse_root, real_vectors, white_vectors
 from threadpoolctl import ThreadpoolController
 
 BLAS = ThreadpoolController()       # more threads only slow these small matrices down
@@ -78,7 +78,7 @@ class Whitened:
                 # a model that is the same for all segments is compared with the mean change
                 change = change[list(self.parts)]
                 change = change if many > 1 else change.mean(axis=0, keepdims=True)
-            row[:] = real_vectors(white(self.lower, change))
+            row[:] = white_vectors(self.lower, change)
         return out
 
 
@@ -91,11 +91,12 @@ def whiten(model, evidence):
     except np.linalg.LinAlgError:
         return Whitened(model, np.zeros((len(model), 0)), -np.inf, weight, evidence.parts,
                         evidence.known)
-    flat = white(lower, observed)
+    flat = white_vectors(lower, observed)
     diagonal = np.einsum('akii->aki', lower).real
-    value = weight * (2 * np.log(diagonal).sum() - np.einsum('akii->', flat).real)
-    flat = flat - np.eye(model.shape[-1])
-    return Whitened(lower, real_vectors(flat), float(value) if np.isfinite(value) else -np.inf,
+    own = np.einsum('akii->aki', flat.reshape(lower.shape))
+    value = weight * (2 * np.log(diagonal).sum() - own.sum())
+    own -= 1.0
+    return Whitened(lower, flat, float(value) if np.isfinite(value) else -np.inf,
                     weight, evidence.parts, evidence.known)
 
 

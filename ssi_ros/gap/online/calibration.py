@@ -17,7 +17,7 @@ from ssi_ros.gap.online.window_statistics import level_basis, project, statistic
 from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.gap.spectra.expected_periodogram import Expected
 from ssi_ros.gap.spectra.segmentation import Frame, make_frame, spectra
-from ssi_ros.hermitian import hermitian, inverse_root, real_vectors, white
+from ssi_ros.hermitian import hermitian, inverse_root, white_vectors
 from ssi_ros.quantity import check, quantity
 from ssi_ros.records import Samples
 from ssi_ros.updating.live_bias import bet_beside, largest_bias
@@ -155,7 +155,7 @@ def _templates(simulator, starts, report):
     lower = inverse_root(nominal.at_nominal)
     levels = level_basis(nominal.shares, lower)
     for *labels, change in _changes(simulator, nominal.at_nominal, starts, report):
-        row = real_vectors(white(lower, change))[0]
+        row = white_vectors(lower, change)[0]
         rest = row - levels @ (levels.T @ row)
         size = np.linalg.norm(rest)
         # a change of the levels alone is no gap

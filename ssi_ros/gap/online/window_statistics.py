@@ -7,7 +7,7 @@ from scipy.stats import gamma, norm
 from ssi_ros.effects import ModalPattern, Site
 from ssi_ros.effects.registry import showing
 from ssi_ros.gap.spectra.segmentation import periodograms
-from ssi_ros.hermitian import inverse_root, real_vectors, white
+from ssi_ros.hermitian import inverse_root, white_vectors
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,7 +23,7 @@ class Projection:
 
 def level_basis(shares, lower):
     """Return orthonormal whitened directions of the levels of shares, shape (k l l, c)."""
-    return np.linalg.qr(np.array([real_vectors(white(lower, s))[0] for s in shares]).T)[0]
+    return np.linalg.qr(np.array([white_vectors(lower, s)[0] for s in shares]).T)[0]
 
 
 def project(model, levels):
@@ -46,7 +46,7 @@ def statistics(model, projection, spectrum):
     then exponential variables (k,) less their mean of 1, eq. (134).
     """
     excess = periodograms(spectrum[None]) - projection.base
-    excess = real_vectors(white(projection.lower, excess))[0].astype(np.float32)
+    excess = white_vectors(projection.lower, excess)[0].astype(np.float32)
     excess = excess - projection.basis @ (projection.basis.T @ excess)
     line = np.einsum('ki,ki->k', projection.aim.conj(),
                      np.einsum('kij,kj->ki', projection.lower[0], spectrum))

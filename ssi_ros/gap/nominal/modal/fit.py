@@ -8,7 +8,7 @@ from ssi_ros.fisher_scoring import covariance, maximise
 from ssi_ros.gap.inference.goodness_of_fit import divergence
 from ssi_ros.gap.inference.thresholds import LIMITS
 from ssi_ros.gap.spectra.band_averages import level_of
-from ssi_ros.hermitian import hermitian, inverse_root, real_vectors, white
+from ssi_ros.hermitian import hermitian, inverse_root, white, white_vectors
 from ssi_ros.levels.forces import bounded, turning
 
 STEPS = 12
@@ -104,7 +104,7 @@ def whitener(factor, trust):
 
 def whitened(matrices, lower):
     """Return L^-1 M L^-H as real vectors with the same inner product, (b l l,)."""
-    return real_vectors(white(lower, matrices)).ravel()
+    return white_vectors(lower, matrices).ravel()
 
 
 class _Place:
