@@ -13,6 +13,7 @@ OTHERS = 5              # starts of an effect beside its best
 MOST_PAIRS = 4000       # pairs of templates that are looked through for the best
 FACTORS = (0.3, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0)    # starting values of a large size
 SAME_GAIN = 1.0         # nats by which the gains of starts differ that are equally good
+ONE_BASIN = 2.0         # factor of sizes from which a fit comes to the same end
 SIZE_STEPS = 1e-4, 30.0     # smallest and largest factor that a score may put on a starting value
 
 
@@ -87,14 +88,21 @@ def elsewhere(scores, likely):
         near = gains[i] >= best - max(margin, best / 2)
         basin = many and top >= best - margin and _same(
             effect, first, [f.name for f in effect.words()])
-        if (near or basin) and not any(
-                _same(effect, k, many or others) for k in ([first, *rest] if many else [first])):
-            rest.append(at_size(effect, scores.size[i]))
+        start = at_size(effect, scores.size[i])
+        if (near or basin) and not _same(start, first, many or others) and not any(
+                _same(start, k, many or others) and (many or _near(start, k)) for k in rest):
+            rest.append(start)
     return [e for rest in found.values() for e in rest]
 
 
 def _same(one, other, names):
     return all(getattr(one, n) == getattr(other, n) for n in names)
+
+
+def _near(one, other):
+    """Return whether two starts at one place have so nearly one size that a fit joins them."""
+    sizes = (getattr(e, e.size) for e in (one, other))
+    return bool(one.size) and ONE_BASIN > np.divide(*sizes) > 1 / ONE_BASIN
 
 
 def extensions(effect, names):

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.special import logsumexp
 from scipy.stats import norm
 
 from ssi_ros.gap.selection.thresholds import SELECTION as LIMITS
@@ -168,7 +169,8 @@ def posterior(ranked, null, residual, anomaly, effects, settings):
     Unknown is also what another effect, below the detection limit, adds to a single one. Its odds
     against the best candidate follow from the p-value of what that leaves, `residual`, and against
     none from that of anomalies. `effects` is the number of effects that were considered. No
-    likelihood is certain to be right: in a share of all records the prior holds, eq. (113d).
+    likelihood is certain to be right: in a share of all records the prior holds, eq. (113d); and
+    a share of known effects leaves as much as what is unknown, eq. (113f).
     """
     logs = np.append(_beside_the_best(ranked, settings, effects),
                      null.log_evidence + np.log(settings.prior_none))
@@ -179,6 +181,10 @@ def posterior(ranked, null, residual, anomaly, effects, settings):
     unknown = np.log(settings.prior_unknown)
     logs = np.append(logs, max(unknown - np.log(settings.prior_single) + rest,
                                unknown - np.log(settings.prior_none) + rare + logs[-1]))
+    if ranked:
+        missed = np.log(LIMITS['missed_share'].value * settings.prior_single
+                        / settings.prior_unknown) + logs[-1] - logsumexp(logs[:-2])
+        logs[:-2] += np.logaddexp(0.0, missed)
     weights = np.exp(logs - logs.max())
     alone = [w for r, w in zip(ranked, weights) if len(r.names) == 1]
     hidden = settings.prior_pair / settings.prior_single * LIMITS['undetected_share'].value
