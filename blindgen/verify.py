@@ -19,8 +19,8 @@ import sys
 ALARMS = ('EXPLAINED', 'TIED', 'UNEXPLAINED')
 OUTCOMES = (*ALARMS, 'WITHIN_FLOOR', 'TOO_LITTLE_DATA')
 CONFIDENT = 0.9
-NONE = {'outcome': 'NO_ANSWER', 'effects': [], 'probability': 0.0, 'ranked': [], 'values': {},
-        'intervals': {}, 'closed': None}
+NONE = {'outcome': 'NO_ANSWER', 'effects': [], 'tied': [], 'probability': 0.0, 'ranked': [],
+        'values': {}, 'intervals': {}, 'closed': None}
 
 
 def sha(*parts):
@@ -73,6 +73,8 @@ def answer_of(text):
             values[key] = value
     return {'outcome': data['outcome'], 'effects': effects,
             'probability': float(verdict.get('probability') or 0.0),
+            'tied': sorted(set(verdict.get('class') or []) | set(effects)) if (
+                data['outcome'] == 'TIED' and len(effects) == 1) else effects,
             'ranked': [sorted(c['effects']) for c in candidates], 'values': values,
             'intervals': intervals, 'closed': best.get('closed')}
 
@@ -100,6 +102,8 @@ def row(name, label, a):
         strict = right = a['outcome'] == ('WITHIN_FLOOR' if kind == 'none' else 'UNEXPLAINED')
     else:
         strict, right = a['effects'] == true, alike(a['effects'], effects)
+    # the probability of a tie is that of all its names together
+    stated = right or kind == 'single' and any(alike([n], effects) for n in a['tied'])
     covered, errors = [], {}
     for key, value in a['values'].items() if kind == 'single' and strict else ():
         at = effects[0]['parameters'].get(key.split('.')[-1])
@@ -115,23 +119,24 @@ def row(name, label, a):
             'names': [e['name'] for e in effects],
             'parameters': [e['parameters'] for e in effects], 'outcome': a['outcome'],
             'probability': a['probability'], 'strict': strict, 'right': right,
+            'stated': stated, 'names_said': len(a['tied']),
             'alarm': a['outcome'] in ALARMS, 'covered': covered, 'errors': errors,
             'answered': a['outcome'] not in ('NO_ANSWER', 'TOO_LITTLE_DATA'),
             'top3': any(alike(data, effects) for data in a['ranked'][:3]),
             'closed': a['closed']}
 
 
-def reliability(rows):
-    """Return ten bins of the probability stated: how many, its mean, the share right."""
+def reliability(rows, hit='right'):
+    """Return ten bins of the probability stated: how many, its mean, the share that holds."""
     bins = [[r for r in rows if k == min(int(r['probability'] * 10), 9)] for k in range(10)]
     return [{'low': k / 10, 'total': len(b), 'mean': sum(r['probability'] for r in b) / len(b),
-             'right': sum(r['right'] for r in b) / len(b)} for k, b in enumerate(bins) if b]
+             'right': sum(r[hit] for r in b) / len(b)} for k, b in enumerate(bins) if b]
 
 
-def calibration(rows):
-    """Return the mean |probability - share right| over ten bins, {value, total}."""
+def calibration(rows, hit='right'):
+    """Return the mean |probability - share that holds| over ten bins, {value, total}."""
     rows = [r for r in rows if r['answered'] and r['probability'] > 0]
-    off = sum(abs(b['mean'] - b['right']) * b['total'] for b in reliability(rows))
+    off = sum(abs(b['mean'] - b['right']) * b['total'] for b in reliability(rows, hit))
     return {'value': off / len(rows) if rows else None, 'low95': None, 'high95': None,
             'total': len(rows)}
 
@@ -143,13 +148,13 @@ def scores(rows, closed=None):
         return wilson(sum(bool(r[hit]) if isinstance(hit, str) else bool(hit(r)) for r in some),
                       len(some))
 
-    def confident(some):
-        return wilson(sum(not r['right'] and r['probability'] > CONFIDENT for r in some),
-                      len(some))
+    def confident(some, hit='right'):
+        return wilson(sum(not r[hit] and r['probability'] > CONFIDENT for r in some), len(some))
 
     def unknown(r):
         return r['outcome'] == 'UNEXPLAINED'
 
+    alarms = [r for r in rows if r['alarm']]
     covered = [hit for r in rows for hit in r['covered']]
     off = sorted(abs(r['closed'] - closed[r['name']]['closed']) for r in rows if r['data']
                  and r['closed'] is not None and (closed or {}).get(r['name'], {}).get('closed')
@@ -160,15 +165,19 @@ def scores(rows, closed=None):
         'false_alarms': share('none', 'alarm'),
         'class_8': share('single', 'right', 8.0), 'class_4': share('single', 'right', 4.0),
         'strict_8': share('single', 'strict', 8.0), 'strict_4': share('single', 'strict', 4.0),
+        'stated_8': share('single', 'stated', 8.0), 'stated_4': share('single', 'stated', 4.0),
         'top3_8': share('single', 'top3', 8.0),
         'unknown_8': share('outside', unknown, 8.0), 'unknown_4': share('outside', unknown, 4.0),
         'unknown_false': share('none single pair', unknown),
         'pairs_8': share('pair', 'right', 8.0), 'pairs_4': share('pair', 'right', 4.0),
         'calibration': calibration(rows),
-        'calibration_alarms': calibration([r for r in rows if r['alarm']]),
+        'calibration_alarms': calibration(alarms),
+        'calibration_stated': calibration(rows, 'stated'),
+        'calibration_stated_alarms': calibration(alarms, 'stated'),
         'coverage90': wilson(sum(covered), len(covered)),
         'wrong_confident': confident(rows),
-        'wrong_confident_alarms': confident([r for r in rows if r['alarm']]),
+        'wrong_confident_alarms': confident(alarms),
+        'wrong_confident_stated': confident(rows, 'stated'),
         'closed_error': {'value': middle, 'low95': None, 'high95': None, 'total': len(off)}}
 
 
@@ -250,7 +259,8 @@ def main(folder, repository=None):
     if before.exists():
         said = json.loads(before.read_text())
         found += [f'scores.json says another {key}' for key in got
-                  if json.loads(json.dumps(got[key])) != said.get(key)]
+                  if key in said
+                  and json.loads(json.dumps(got[key])) != said[key]]
     print(*(f'FAULT {text}' for text in found), f'{len(found)} faults', sep='\n')
     for key, value in got.items():
         if isinstance(value, dict) and value['value'] is not None:
