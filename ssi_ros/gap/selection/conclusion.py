@@ -50,7 +50,7 @@ class Case:
             shown += self.residual.detections + self.residual.anomalies
         # the open-set test also returns what is probable
         return self.comparison.notes + tuple(
-            d.text for d in shown if d.text and d.p_value <= LIMITS['shown'].value)
+            d.text for d in shown if d.text and _corrected(d) <= LIMITS['shown'].value)
 
 
 def no_gap(case):
@@ -94,8 +94,7 @@ def conclude(case):
                             _pseudo('unknown', unknown, case.null.value, (0.0,) * 3, False))
     best, residual = case.ranked[0], case.residual
     # the least of as many families; it says no more against none than all tests do, (113c)
-    anomaly = max(case.found.p_value, min([1.0, *(
-        a.p_value * (len(FAMILIES) if a.basis in FAMILIES else 1) for a in residual.anomalies)]))
+    anomaly = max(case.found.p_value, min([1.0, *map(_corrected, residual.anomalies)]))
     rest = beside_law(residual.p_value, best.explained)
     if not is_inside(best, residual):
         # what a candidate leaves on segments that it was not fitted to counts too
@@ -193,6 +192,11 @@ def _class_of(case, found, ranked, shares):
                           + tuple(n for r in near for n in r.fit.candidate.equivalents))
     return tied, {'effects': top.effects, 'class': tuple(alike),
                   'probability': float(sum(e.probability for e in tied))}
+
+
+def _corrected(detection):
+    """Return the p-value of a detection; the least of as many families is less by chance."""
+    return detection.p_value * (len(FAMILIES) if detection.basis in FAMILIES else 1)
 
 
 def _explanation(case, ranked, probability):
