@@ -7,7 +7,9 @@ GAIN = 0.02             # of the log likelihood: less moves no estimate by more 
 LEAST_INFORMATION = 1e-4    # coordinates that are not determined deviate by 100 of their scales
 TRIALS = 6              # of a step, each more damped than the one before
 FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-3, 1e-6, 1e6     # of the information's diagonal
+SHORTENS = 0.05         # a tenth of the damping that shortens a step by a third
 HOPE = 4.0              # times what a quadratic promises: more is not expected of a climb
+GOES_ON = 3.0           # times the last gain, in every step left: more is not expected either
 
 
 class Place(Protocol):
@@ -30,14 +32,16 @@ def maximise(here, caps, steps, least=-np.inf):
     After a step the climb ends where it will hardly come to a likelihood of `least`. Returns the
     place, None where a step is not finite, and the Fisher information (p, p) last used.
     """
-    damping, limit = FIRST_DAMPING, GAIN
+    damping, limit, gain = FIRST_DAMPING, GAIN, np.inf
     # a direction that the record hardly determines must not take the whole of a step
     weak = np.diag(1 / caps ** 2)
     for number in range(steps + 1):
         score, information = here.gradient()
         promised = score @ np.linalg.pinv(information, hermitian=True) @ score / 2
-        if promised < limit or number == steps or (
-                number and here.value is not None and here.value + HOPE * promised < least):
+        if promised < limit or number == steps:
+            break
+        if number and here.value is not None and here.value + min(
+                HOPE * promised, GOES_ON * (steps - number) * gain) < least:
             break
         diagonal = np.diag(np.diag(information) + 1e-12)
         gain = 0.0
@@ -53,7 +57,8 @@ def maximise(here, caps, steps, least=-np.inf):
             if gain > 0.0:
                 here, damping = there, max(damping / 10, LEAST_DAMPING)
                 break
-            damping = min(10 * damping + 1e-3, MOST_DAMPING)
+            # less damping than this hardly shortens a step
+            damping = min(10 * max(damping, SHORTENS), MOST_DAMPING)
         if not gain >= limit:
             break
     return here, information

@@ -46,7 +46,7 @@ class Heights:
             *there.shape[:2], count, count))) @ scaled - np.eye(count)
         excess[:, self.bins] = real_vectors(there).reshape(*there.shape[:2], -1)
         return replace(white, excess=excess.reshape(white.excess.shape),
-                       likelihood=white.likelihood + float(gain))
+                       likelihood=white.likelihood + float(gain), heights=values)
 
     def raised(self, model, white):
         """Return a model (a, k, l, l) with the most probable heights of the record it whitens."""

@@ -80,10 +80,11 @@ class ModelUncertainty:
         if not self.names:
             return 0.0, np.zeros(0), np.zeros((0, 0))
         known = self._known(whitened.weight * len(whitened.excess), whitened.lower.shape[-1])
-        # heights are at their best already
-        gain, most = most_probable(
-            ErrorLikelihood(known.merged, self.offset, whitened), known.information,
-            self.errors(np.ones(len(self.names))) > 0.0, start)
+        # heights stand at their best without errors: from there they go on beside them
+        offset = self.offset + np.append(
+            np.zeros(len(self.names) - len(whitened.heights)), whitened.heights)
+        gain, most = most_probable(ErrorLikelihood(known.merged, offset, whitened),
+                                   known.information, np.ones(len(self.names), bool), start)
         return gain, most, known.covariance
 
     def _known(self, weight, count):

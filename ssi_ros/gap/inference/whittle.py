@@ -68,6 +68,7 @@ class Whitened:
     weight: float       # periodograms an entry of `excess` stands for, over inflation
     parts: tuple        # of the evidence
     known: int = 0      # channels of it that are given
+    heights: np.ndarray = ()    # (s,), of modes, in deviations, that are taken out of it
 
     def directions(self, changes):
         """Return changes of S, (1 or all segments, k, l, l), as real vectors, (p, a, k l l)."""
