@@ -23,7 +23,7 @@ def case():
     spectra = noise @ noise.conj().swapaxes(-1, -2) / 16
     excess = np.array([real_vectors(s - np.eye(CHANNELS)).ravel() for s in spectra])
     white = SimpleNamespace(lower=np.zeros((1, BINS, CHANNELS, CHANNELS)), excess=excess,
-                            weight=WEIGHT)
+                            weight=WEIGHT, heights=())
     return free, white, spectra
 
 
