@@ -53,6 +53,12 @@ class Candidate:
         """Return the coordinates of the numbers: logarithms of the positive ones."""
         return [to_coordinate(f, getattr(self.effects[i], f.name)) for i, f in self.numbers()]
 
+    def is_passed(self, begin, end):
+        """Return whether a fit from one candidate to another came past this, in every number."""
+        here = self.point()
+        return bool(here) and self.kinds == begin.kinds and all(
+            min(ends) <= x <= max(ends) for x, *ends in zip(here, begin.point(), end.point()))
+
     def moved(self, point):
         """Return the candidate at other coordinates, kept inside the declared ranges."""
         effects = list(self.effects)

@@ -1,8 +1,6 @@
 """From the tests of the nominal to ranked candidates: single effects, distant sizes, pairs."""
 from dataclasses import replace
 
-import numpy as np
-
 from ssi_ros.gap.selection.evidence import beside_law, log_posterior, Ranked
 from ssi_ros.gap.selection.thresholds import SELECTION as LIMITS
 
@@ -93,7 +91,7 @@ class Search:
         first, ways = [], []
         for i, candidate in enumerate(candidates):
             self.progress(i / len(candidates))
-            if any(_passed(candidate, *way) for way in ways):
+            if any(candidate.is_passed(*way) for way in ways):
                 continue
             fit = self.comparison.fit(candidate, start, thorough=False)
             if fit is not None:
@@ -131,14 +129,6 @@ class Search:
             elif near and len(kept) < PLACES:
                 kept.append(r)
         return sorted((r for kept in found.values() for r in kept), key=self.order)
-
-
-def _passed(start, begin, end):
-    """Return whether a fit from one candidate to another has passed a start, in every number."""
-    if start.kinds != begin.kinds:
-        return False
-    x, *ends = (np.array(c.point()) for c in (start, begin, end))
-    return bool(np.all((np.minimum(*ends) <= x) & (x <= np.maximum(*ends))))
 
 
 def _is_approximate(ranked):

@@ -82,6 +82,10 @@ class ModalCandidate:
 
     kinds = key
 
+    def is_passed(self, begin, end):
+        """Return whether another fit came past this one: forms have one start each."""
+        return False
+
     @property
     def equivalents(self):
         """Names of the other effects that have one of these forms without geometry."""
