@@ -213,9 +213,9 @@ class ModelComparison(Comparison):
         found = [d.basis for d in residual.detections] + starts.of_lines(
             residual, self.effects, self.simulator.spacecraft)
         both = self._scores(self.null.state.without_errors, self.here), residual.score_test.state
-        likely = starts.likely(both, self.settings.finalists)
-        # the most likely first: hopeless fits end early
-        return tuple(Candidate((e,)) for e in starts.undetected(likely, residual) + found)
+        likely = starts.undetected(starts.likely(both, self.settings.finalists), residual)
+        return tuple(Candidate((e,)) for e in starts.beside_linear(
+            likely + found, lambda e: self.fit(Candidate((e,)), self.null, thorough=False)))
 
     def all_candidates(self):
         """Return every start of every effect."""

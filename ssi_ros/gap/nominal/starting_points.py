@@ -120,6 +120,21 @@ def extensions(effect, names):
     return found
 
 
+def beside_linear(effects, fitted):
+    """
+    Return starts in which laws of a hinge have the stiffness of the linear one.
+
+    `fitted` returns the first fit of an effect, or None.
+    """
+    linear, found = {}, []
+    for e in sorted(effects, key=lambda e: bool(e.hinge and e.nonlinear)):
+        if e.hinge and not e.nonlinear:
+            linear.setdefault(e.array, fitted(e))
+        law = e.hinge and e.nonlinear and linear.get(e.array)
+        found += extensions(law.candidate.effects[0], (e.name,))[-1:] if law else [e]
+    return list(dict.fromkeys(found))
+
+
 def replacements(scores, candidate):
     """Return candidates in which one effect is replaced by a nearly indistinguishable one."""
     found = {}

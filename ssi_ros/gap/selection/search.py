@@ -23,7 +23,8 @@ class Search:
         ranked = self.fitted(comparison.candidates(self.found), null, self.found.detections)
         if not ranked:
             return ranked
-        nested = comparison.refinements(ranked)
+        done = {r.fit.candidate.kinds for r in ranked}
+        nested = [c for c in comparison.refinements(ranked) if c.kinds not in done]
         return self.sorted(ranked + self.fitted(nested, ranked[0].fit, self.found.detections))
 
     def explaining(self, ranked):
