@@ -37,9 +37,10 @@ def white_vectors(lower, change):
     """Return `white` of Hermitian matrices as `real_vectors`, shape (a, k l l)."""
     if (sides := _same(lower, change)) is None:
         return real_vectors(white(lower, change))
-    out = np.empty((max(map(len, sides)), *change.shape[-3:]), sides[0].real.dtype)
+    shape = np.broadcast_shapes(lower.shape, change.shape)
+    out = np.empty((max(map(len, sides)), *shape[-3:]), sides[0].real.dtype)
     _white_vectors(*sides, out)
-    return out.reshape(len(out), -1)
+    return out.reshape(shape[0], -1)
 
 
 def _same(lower, change):

@@ -1,6 +1,7 @@
 """Starting values: what stands between them is seen, places follow the spacecraft."""
 from dataclasses import replace
 import math
+from types import SimpleNamespace
 
 from gap_records import record
 import numpy as np
@@ -11,7 +12,8 @@ from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.driver import diagnose
 from ssi_ros.gap.inference.model_fit import fit
 from ssi_ros.gap.inference.score_test import make_templates, promise, score
-from ssi_ros.gap.nominal.starting_points import at_size, promising, starting_points
+from ssi_ros.gap.nominal.starting_points import (
+    at_size, beside_linear, promising, starting_points)
 from ssi_ros.model import load_spacecraft
 from ssi_ros.model.uncertainty import EXACT
 from ssi_ros.updating.model_uncertainty import no_uncertainty
@@ -30,6 +32,32 @@ def test_the_best_template_sees_most_of_an_effect(text):
     _, cosine = promise(templates, simulator.expected(Candidate()), simulator.frame,
                         no_uncertainty(simulator.frame, 4))
     assert np.max(cosine[0, 1:]) > 0.75
+
+
+def test_laws_begin_at_the_linear_hinge_of_their_array():
+    """Those of the other array, and all other effects, begin where they are."""
+    linear, law, other, gain = map(parse_effect, (
+        'hinge_compliance:array=E1,stiffness_n_m_rad=3e6',
+        'hinge_friction:array=E1,torque_n_m=0.02,stiffness_n_m_rad=1e5',
+        'hinge_friction:array=E2,torque_n_m=0.02,stiffness_n_m_rad=1e5',
+        'sensor_gain:channel=e1_a,scale=1.1'))
+    there = Candidate((replace(linear, stiffness_n_m_rad=2e5),))
+    found = beside_linear([law, linear, other, gain], lambda e: SimpleNamespace(candidate=there))
+    assert found == [linear, gain, replace(law, torque_n_m=0.01, stiffness_n_m_rad=2e5), other]
+    assert beside_linear([law, linear], lambda e: None) == [linear, law]
+
+
+def test_a_start_between_the_ends_of_a_fit_is_passed():
+    """In every number, of the same effect at the same place."""
+    begin, end, between, beyond, elsewhere = (Candidate((parse_effect(t),)) for t in (
+        'added_mass:array=E1,mass_kg=0.1,along_m=2,lateral_m=0',
+        'added_mass:array=E1,mass_kg=0.4,along_m=5,lateral_m=0.2',
+        'added_mass:array=E1,mass_kg=0.2,along_m=4,lateral_m=0.1',
+        'added_mass:array=E1,mass_kg=0.2,along_m=6,lateral_m=0.1',
+        'added_mass:array=E2,mass_kg=0.2,along_m=4,lateral_m=0.1'))
+    assert between.is_passed(begin, end) and between.is_passed(end, begin)
+    assert not beyond.is_passed(begin, end) and not elsewhere.is_passed(begin, end)
+    assert not Candidate().is_passed(Candidate(), Candidate())
 
 
 @pytest.mark.parametrize('name', ['sensor_gain', 'sensor_crosstalk'])

@@ -1,7 +1,7 @@
 """Products of small matrices by compiled loops are those of the library."""
 import numpy as np
 import pytest
-from ssi_ros.hermitian import inverse_root, SMALL, white
+from ssi_ros.hermitian import inverse_root, real_vectors, SMALL, white, white_vectors
 
 BINS = 7
 
@@ -28,6 +28,9 @@ def test_white_is_its_definition(rng, count, model, change, kind):
     found = white(lower, matrices)
     assert found.shape == wanted.shape and found.dtype == wanted.dtype
     assert np.abs(found - wanted).max() < 1e3 * np.finfo(kind).eps * np.abs(wanted).max()
+    if wanted.ndim > 2:
+        vectors, least = real_vectors(wanted), 1e3 * np.finfo(kind).eps * np.abs(wanted).max()
+        assert np.abs(white_vectors(lower, matrices) - vectors).max() < least
 
 
 @pytest.mark.parametrize('count', [1, 4, SMALL + 1])

@@ -91,6 +91,17 @@ def test_laws_are_not_compared_as_if_they_were_exact(explained, ratio):
     assert shares[1] / shares[0] == pytest.approx(ratio, rel=0.02, abs=1e-3)   # and (113d)
 
 
+@pytest.mark.parametrize('count', [1, 4])
+def test_a_residual_leaves_the_nearest_effects_a_share(count):
+    """Of known effects a share leaves as much, however improbable it is, (113f)."""
+    fits = [SimpleNamespace(log_likelihood=100.0, candidate=SimpleNamespace(names=(f'e{i}',)))
+            for i in range(count)]
+    shares, _, unknown = posterior([Ranked(f) for f in fits],
+                                   Ranked(SimpleNamespace(log_likelihood=0.0)), 1e-200, 1.0, 30,
+                                   DiagnosisSettings())
+    assert 0.85 < unknown < 0.92 and shares.sum() > 0.05
+
+
 def test_a_second_effect_is_weighed_by_what_it_adds():
     """Beside a nutation of a hundred deviations, lost samples that are sure stay sure."""
     found = [Ranked(SimpleNamespace(log_likelihood=v, candidate=SimpleNamespace(names=n)),
