@@ -133,7 +133,10 @@ class Pace:
         turns = windows(np.cumsum(np.append(0.0, np.angle(means[1:] / means[:-1]))), width)
         at = windows(middles, width)
         at = at - at.mean(axis=1, keepdims=True)
-        drifts = (at * turns).sum(axis=1) / (at * at).sum(axis=1) / (2 * np.pi)
+        # stamps that stand still have no pace to keep
+        spread = 2 * np.pi * (at * at).sum(axis=1)
+        drifts = np.divide((at * turns).sum(axis=1), spread, out=np.full(len(at), np.inf),
+                           where=spread > 0.0)
         good[count - len(drifts):] &= np.abs(drifts) <= LOST
         if not good.all():
             count = int(np.argmin(good))
