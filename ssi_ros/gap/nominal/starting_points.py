@@ -131,7 +131,7 @@ def beside_linear(effects, fitted):
         if e.hinge and not e.nonlinear:
             linear.setdefault(e.array, fitted(e))
         law = e.hinge and e.nonlinear and linear.get(e.array)
-        found += extensions(law.candidate.effects[0], (e.name,))[-1:] if law else [e]
+        found += law and extensions(law.candidate.effects[0], (e.name,))[-1:] or [e]
     return list(dict.fromkeys(found))
 
 
