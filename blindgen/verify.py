@@ -119,7 +119,7 @@ def row(name, label, a):
             'names': [e['name'] for e in effects],
             'parameters': [e['parameters'] for e in effects], 'outcome': a['outcome'],
             'probability': a['probability'], 'strict': strict, 'right': right,
-            'stated': stated, 'names_said': len(a['tied']),
+            'stated': stated,
             'alarm': a['outcome'] in ALARMS, 'covered': covered, 'errors': errors,
             'answered': a['outcome'] not in ('NO_ANSWER', 'TOO_LITTLE_DATA'),
             'top3': any(alike(data, effects) for data in a['ranked'][:3]),
@@ -259,8 +259,7 @@ def main(folder, repository=None):
     if before.exists():
         said = json.loads(before.read_text())
         found += [f'scores.json says another {key}' for key in got
-                  if key in said
-                  and json.loads(json.dumps(got[key])) != said[key]]
+                  if key in said and json.loads(json.dumps(got[key])) != said[key]]
     print(*(f'FAULT {text}' for text in found), f'{len(found)} faults', sep='\n')
     for key, value in got.items():
         if isinstance(value, dict) and value['value'] is not None:

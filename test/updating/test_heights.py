@@ -15,7 +15,7 @@ STEP = 0.02     # of the logarithm of a level
 
 
 def place(spacecraft, samples, levels):
-    """Return where a fit of levels stands beside errors and heights, and its simulator."""
+    """Return where a fit of levels stands beside errors and heights."""
     frame = make_frame(len(samples.values), spacecraft.rate_hz, DiagnosisSettings())
     prior = prior_of(spacecraft)
     simulator = standing(Simulator(spacecraft, frame, SECONDS), prior)
