@@ -40,6 +40,11 @@ class ModelUncertainty:
         """Return the products of the vectors with each other, (n, n)."""
         return self.vectors @ self.vectors.T
 
+    @property
+    def centred(self):
+        """Return the same with the mean of the prior where the model stands."""
+        return replace(self, offset=np.zeros(len(self.names)))
+
     def and_of(self, other):
         """Return the directions of both, those of `other` with errors of the model's numbers."""
         into = self.into if self.into is not None else np.zeros(

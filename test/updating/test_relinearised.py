@@ -1,4 +1,5 @@
 """A calibrated model whose slowest damping came out far off: where its spectrum is not linear."""
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
@@ -7,6 +8,7 @@ from ssi_ros.effects import applicable, inject, simulate_setup
 from ssi_ros.gap.inference.model_fit import fit
 from ssi_ros.gap.inference.whittle import BLAS, whiten
 from ssi_ros.gap.nominal.model import ModelNominal
+from ssi_ros.gap.nominal.model_answer import fit_of
 from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.model import load_spacecraft
 from ssi_ros.model.errors import Calibration, declared
@@ -55,6 +57,20 @@ def test_errors_move_to_where_the_record_has_them(comparison):
             break
     # 600 s tell the logarithm of that damping to 0.4, the prior to 0.25: the mean of both is 0.57
     assert moved is None and abs(value) < 0.7 * OFF
+
+
+def test_simulated_records_are_of_the_model_where_it_stands(comparison):
+    """Errors that a record moved by four deviations each are no evidence in its own floor."""
+    prior, moved = comparison.here.prior, copy(comparison)
+    off = np.array([4.0 * n.startswith('frequency') for n in prior.names])
+    moved.here = stand(comparison.simulator, replace(prior, offset=off), comparison.null.levels,
+                       comparison.settings)
+    moved.null = fit_of(fit(comparison.simulator, comparison.record.spectra,
+                            levels=comparison.null.levels,
+                            uncertainty=moved.here.uncertainty), moved.here)
+    moved._estimates = {}
+    # means of five, of deviation 0.45 each
+    assert np.sqrt(np.mean(moved.simulated_floor(moved.null).z ** 2)) < 0.7
 
 
 def test_directions_of_errors_keep_their_offset_beside_others():

@@ -188,18 +188,18 @@ class ModelComparison(Comparison):
             test, gap, (*p_values, errors), found, odd, trials), floor=floor)
 
     def simulated_floor(self, fit, detections=(), odd=()):
-        """Return what a fit leaves of records that it simulates."""
+        """Return what a fit leaves of records that it simulates, of a model where it stands."""
         side = self.side(fit)
         return bootstrap_floor(side.simulator, fit.state, self.indirect(fit), BootstrapTests(
-            self.templates_of(fit), self.unmodelled, side.uncertainty, self.settings, detections,
-            odd))
+            self.templates_of(fit), self.unmodelled, side.uncertainty.centred, self.settings,
+            detections, odd))
 
     def indirect(self, fit):
         """Return the indirect-inference estimate of a fit."""
         if id(fit) not in self._estimates:
             side = self.side(fit)
             self._estimates[id(fit)] = fit, indirect_estimate(
-                side.simulator, fit.state, side.uncertainty, self.settings.band_bins)
+                side.simulator, fit.state, side.uncertainty.centred, self.settings.band_bins)
         return self._estimates[id(fit)][1]
 
     def estimate(self, fit, residual):
@@ -266,7 +266,7 @@ class ModelComparison(Comparison):
             if e.name in odds:
                 alone = self.fit(Candidate((e,)), self.null, thorough=False)
                 shown = alone.log_likelihood - self.null.log_likelihood if alone else 0.0
-                total += max(odds[e.name] - max(shown, 0.0), 0.0)
+                total += answer.beyond_spectrum(e, odds[e.name], max(shown, 0.0))
         return total + explained_below_band(lambda: self.whole(fit, self.record.samples),
                                             fit.candidate.names, self.settings, detections)
 
