@@ -18,6 +18,7 @@ def fitted(effect):
     return simulator, fit(simulator, evidence_of(simulator, samples), Candidate((effect,)))
 
 
+@pytest.mark.slow
 def test_friction_is_corrected_by_what_its_fit_errs_on_its_own_records():
     """A hinge that sticks half of the time: its stiffness was two fifths too large."""
     simulator, found = fitted(FRICTION)

@@ -68,6 +68,16 @@ def _of_detection(effect, detections):
     return effect
 
 
+def beyond_spectrum(effect, odds, shown):
+    """
+    Return what a detection adds to the log likelihood that the spectrum shows of its effect.
+
+    A line has been searched at many frequencies. Its detection has paid for them, while no fit
+    moves its numbers: so its odds count, not what the spectrum shows at the best of all places.
+    """
+    return max(odds - shown, 0.0) if effect.spectral else odds - shown
+
+
 def fit_of(found, side):
     """Return the record that all nominals share of a fit on a Side, or None."""
     return None if found is None else Fit(

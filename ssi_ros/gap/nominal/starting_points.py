@@ -101,8 +101,10 @@ def _same(one, other, names):
 
 def _near(one, other):
     """Return whether two starts at one place have so nearly one size that a fit joins them."""
-    sizes = (getattr(e, e.size) for e in (one, other))
-    return bool(one.size) and ONE_BASIN > np.divide(*sizes) > 1 / ONE_BASIN
+    if not one.size:
+        return False
+    first, second = (getattr(e, e.size) for e in (one, other))
+    return first * second > 0.0 and ONE_BASIN > first / second > 1 / ONE_BASIN
 
 
 def extensions(effect, names):

@@ -14,7 +14,6 @@ from scipy.stats import norm
 from ssi_ros.gap.selection.thresholds import SELECTION as LIMITS
 
 GRID = 300              # sizes that stand for all, 1
-SIZES = np.geomspace(0.3, 30.0, 9)      # of an undetected effect [deviations], even in logarithm
 
 
 @dataclass(frozen=True)
@@ -105,9 +104,13 @@ def beside_law(p_value, explained):
     return float(2 * norm.sf(norm.isf(p_value / 2) / np.sqrt(law_variance(explained))))
 
 
-def law_variance(explained):
-    """Return the variance of a score beside an effect whose law is right to a tenth, (113e)."""
-    return 1 + 2 * LIMITS['law_error'].value ** 2 * max(explained, 0.0)
+def law_variance(explained, directions=1):
+    """
+    Return the variance of a score beside an effect whose law is right to a tenth, (113e).
+
+    What the law is off by lies in the direction of the score, or in any of several.
+    """
+    return 1 + 2 * LIMITS['law_error'].value ** 2 * max(explained, 0.0) / directions
 
 
 def log_prior_ratio(priors, covariance):
@@ -145,9 +148,14 @@ def size_factor(deviations, one_sided, power=1.0):
     span = LIMITS['size_range'].value * power
     if abs(deviations) > LIMITS['narrow_posterior'].value:
         return np.sqrt(2 * np.pi) / span / abs(deviations) / (1 if one_sided else 2)
-    d = np.exp(span * ((np.arange(GRID) + 0.5) / GRID - LIMITS['undetectable_sizes'].value))
+    d = _sizes(span)
     there = np.exp(-(d - deviations) ** 2 / 2).mean()
     return there if one_sided else (there + np.exp(-(d + deviations) ** 2 / 2).mean()) / 2
+
+
+def _sizes(span):
+    """Return sizes [standard deviations] that stand for all, even in the logarithm, (GRID,)."""
+    return np.exp(span * ((np.arange(GRID) + 0.5) / GRID - LIMITS['undetectable_sizes'].value))
 
 
 def log_prior(names, settings, effects):
@@ -217,9 +225,9 @@ def undetected(test, effects, settings):
 
     The score test has detected no gap. What is missing to 1 is for pairs and something unknown.
     """
-    z = np.array(test.z)[:, None]
-    there = np.exp(z * SIZES - SIZES ** 2 / 2)
-    other = np.exp(-z * SIZES - SIZES ** 2 / 2)
+    z, sizes = np.array(test.z)[:, None], _sizes(LIMITS['size_range'].value)
+    there = np.exp(z * sizes - sizes ** 2 / 2)
+    other = np.exp(-z * sizes - sizes ** 2 / 2)
     ratios = np.where(np.reshape(test.one_sided, (-1, 1)), there, (there + other) / 2).mean(axis=1)
     share, each = LIMITS['undetected_share'].value, {}
     for name in effects:

@@ -1,7 +1,7 @@
 """From the tests of the nominal to ranked candidates: single effects, distant sizes, pairs."""
 from dataclasses import replace
 
-from ssi_ros.gap.selection.evidence import beside_law, log_posterior, Ranked
+from ssi_ros.gap.selection.evidence import law_variance, log_posterior, Ranked
 from ssi_ros.gap.selection.thresholds import SELECTION as LIMITS
 
 KEPT = 6                # candidates that are fitted to the end, at most
@@ -59,8 +59,7 @@ class Search:
         """Return whether what the best candidate leaves calls for a second effect."""
         # an approximate form leaves something; an exact one is asked at the usual level
         limit = 'residual_p' if _is_approximate(best) else 'second_effect_p'
-        explained = best.log_evidence - self.comparison.null.log_likelihood
-        return beside_law(residual.p_value, explained) < LIMITS[limit].value
+        return residual.p_value < LIMITS[limit].value
 
     def with_pairs(self, ranked, residual):
         """Return the candidates with pairs of effects among them, and what the best leaves."""
@@ -77,8 +76,9 @@ class Search:
             replaced = [c for c in comparison.indistinguishable(self.found, found[0].fit.candidate)
                         if frozenset(c.names) not in known]
             found = self.sorted(found + self.fitted(replaced, single.fit, kept))
-        both = [replace(r, correction=single.correction)
-                if set(single.names) <= set(r.names) else r for r in found]
+        both = [self.weighed(replace(r, correction=single.correction)
+                             if set(single.names) <= set(r.names) else r, single)
+                for r in found]
         # what an approximate form leaves, any second one takes some of
         margin = LIMITS['approximate_pair'].value * _is_approximate(single)
         both = [r for r in both if self.order(single) - self.order(r) > margin or not margin]
@@ -86,6 +86,13 @@ class Search:
         if ranked[0] is not single:
             residual = comparison.residual(ranked[0].fit)
         return ranked, residual
+
+    def weighed(self, pair, single):
+        """Return a pair whose second effect counts beside a first one of no exact law, (113g)."""
+        explained = single.log_evidence - self.comparison.null.log_likelihood
+        variance = law_variance(explained, len(self.comparison.effects))
+        more = max(pair.log_evidence - single.log_evidence, 0.0)
+        return replace(pair, correction=pair.correction - (1 - 1 / variance) * more)
 
     def fitted(self, candidates, start, detections):
         """Fit all candidates a little, the best ones to the end; best first."""

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from ssi_ros.effects import parse_effect
 from ssi_ros.gap.candidate import Candidate
-from ssi_ros.gap.nominal.model_answer import parameters
+from ssi_ros.gap.nominal.model_answer import beyond_spectrum, parameters
 from ssi_ros.gap.selection.evidence import Ranked
 from ssi_ros.gap.selection.search import Search
 from ssi_ros.gap.settings import DiagnosisSettings
@@ -33,6 +33,28 @@ def test_another_place_is_kept_if_it_is_hardly_less_likely():
     clock = ranked('clock_rate:ppm=300', 9.5)
     assert in_order(third, near, clock, best) == [best, clock, near]
     assert in_order(far, best) == [best]
+
+
+@pytest.mark.parametrize('explained, kept', [(10.0, 0.99), (130.0, 0.91), (3000.0, 0.3)])
+def test_a_second_effect_counts_beside_the_law_of_the_first(explained, kept):
+    """One part in 26 of a tenth of the first one lies in its direction, eq. (113g)."""
+    search = Search(SimpleNamespace(
+        effects=26 * ('sensor_gain',), null=SimpleNamespace(log_likelihood=5.0)), None,
+        DiagnosisSettings(), None)
+    single = ranked('sensor_gain:channel=e1_a,scale=0.99', 5.0 + explained)
+    pair = ranked('clock_rate:ppm=300', 25.0 + explained)
+    more = search.weighed(pair, single).log_evidence - single.log_evidence
+    assert more == pytest.approx(20.0 * kept, rel=0.01)
+    worse = ranked('clock_rate:ppm=300', explained)
+    assert search.weighed(worse, single).log_evidence == worse.log_evidence
+
+
+def test_a_line_counts_as_its_search_says():
+    """The search has paid for its frequency; what a fit moves pays by its prior."""
+    line = parse_effect('harmonic_disturbance:frequency_hz=3,torque_n_m=0.1')
+    drift = parse_effect('sensor_drift:channel=e1_a,rms_m_s2=1e-4,time_constant_s=10')
+    assert [beyond_spectrum(e, 2.0, 6.0) for e in (line, drift)] == [-4.0, 0.0]
+    assert [beyond_spectrum(e, 6.0, 2.0) for e in (line, drift)] == [4.0, 4.0]
 
 
 def test_the_interval_holds_the_other_sign():
