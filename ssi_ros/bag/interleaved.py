@@ -146,20 +146,12 @@ def _apart(values):
     if not values.any():
         return False
     lagged = np.lib.stride_tricks.sliding_window_view(values, 2 * LAGS + 1)[:, ::-1]
-    now, own, other = lagged[:, 0], lagged[:, 2::2], lagged[:, 1::2]
-    power, alone, both = (_left(now, part) for part in (
-        own[:, :0], own, np.hstack([own, other])))
+    # of a QR factorisation the last column holds what each column before it takes of the last one
+    taken = np.linalg.qr(np.hstack([lagged[:, 2::2], lagged[:, 1::2], lagged[:, :1]]), 'r')[:, -1]
+    power, alone, both = (np.sum(taken[k:] ** 2) for k in (0, LAGS, 2 * LAGS))
     # what as many columns of noise would take
     if alone > (1.0 - PREDICTED) * power or alone - both > (NEW + LAGS / n) * alone:
         return False
     spectrum = np.abs(np.fft.rfft(values * np.hanning(n))) ** 2
     far = np.abs(np.fft.rfftfreq(n) - 0.25) > QUARTER
     return spectrum[far].sum() > ALONE * spectrum.sum()
-
-
-def _left(now, columns):
-    """Return the mean square that a fit by columns leaves."""
-    if not columns.shape[1]:
-        return float(np.mean(now ** 2))
-    fitted = columns @ np.linalg.lstsq(columns, now, rcond=None)[0]
-    return float(np.mean((now - fitted) ** 2))
