@@ -19,8 +19,8 @@ import sys
 ALARMS = ('EXPLAINED', 'TIED', 'UNEXPLAINED')
 OUTCOMES = (*ALARMS, 'WITHIN_FLOOR', 'TOO_LITTLE_DATA')
 CONFIDENT = 0.9
-NONE = {'outcome': 'NO_ANSWER', 'effects': [], 'tied': [], 'probability': 0.0, 'ranked': [],
-        'values': {}, 'intervals': {}, 'closed': None}
+NONE = {'outcome': 'NO_ANSWER', 'effects': [], 'tied': [], 'tied_pairs': [],
+        'probability': 0.0, 'ranked': [], 'values': {}, 'intervals': {}, 'closed': None}
 
 
 def sha(*parts):
@@ -75,7 +75,11 @@ def answer_of(text):
             'probability': float(verdict.get('probability') or 0.0),
             'tied': sorted(set(verdict.get('class') or []) | set(effects)) if (
                 data['outcome'] == 'TIED' and len(effects) == 1) else effects,
-            'ranked': [sorted(c['effects']) for c in candidates], 'values': values,
+            'ranked': [sorted(c['effects']) for c in candidates],
+            'tied_pairs': [c['effects'] for c in candidates
+                           if data['outcome'] == 'TIED' and len(c['effects']) == len(effects) == 2
+                           and set(c['effects']) <= set(verdict.get('class') or [])],
+            'values': values,
             'intervals': intervals, 'closed': best.get('closed')}
 
 
@@ -120,6 +124,7 @@ def row(name, label, a):
             'parameters': [e['parameters'] for e in effects], 'outcome': a['outcome'],
             'probability': a['probability'], 'strict': strict, 'right': right,
             'stated': stated,
+            'tied_pair': right or any(alike(t, effects) for t in a['tied_pairs']),
             'alarm': a['outcome'] in ALARMS, 'covered': covered, 'errors': errors,
             'answered': a['outcome'] not in ('NO_ANSWER', 'TOO_LITTLE_DATA'),
             'top3': any(alike(data, effects) for data in a['ranked'][:3]),
@@ -170,6 +175,8 @@ def scores(rows, closed=None):
         'unknown_8': share('outside', unknown, 8.0), 'unknown_4': share('outside', unknown, 4.0),
         'unknown_false': share('none single pair', unknown),
         'pairs_8': share('pair', 'right', 8.0), 'pairs_4': share('pair', 'right', 4.0),
+        'tied_pairs_8': share('pair', 'tied_pair', 8.0),
+        'tied_pairs_4': share('pair', 'tied_pair', 4.0),
         'calibration': calibration(rows),
         'calibration_alarms': calibration(alarms),
         'calibration_stated': calibration(rows, 'stated'),

@@ -13,6 +13,7 @@ TARGETS = (
     ('stated_8', 'the same, or tied with what is named first', 0.90, False),
     ('unknown_8', "unknown effects flagged, d' >= 8", 0.85, False),
     ('pairs_8', "both of a pair named, d' >= 8", 0.75, False),
+    ('tied_pairs_8', 'the same, or tied with what is named first', 0.75, False),
     ('calibration', 'calibration error', 0.05, True),
     ('calibration_stated', 'the same, a tie stated as all of its names', 0.05, True),
     ('coverage90', '90 % intervals cover', (0.88, 0.92), None),

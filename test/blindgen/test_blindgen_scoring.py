@@ -86,6 +86,20 @@ def test_a_class_of_the_label_counts_and_the_tools_own_does_not():
     assert not row('a', {'kind': 'pair', 'effects': both}, a)['right']
 
 
+def test_a_pair_in_a_tie_counts_by_itself():
+    """Two pairs tied, the second one true: not named, but tied with what is named first."""
+    effect = {'parameters': {}, 'target': 9.0, 'detectability': 9.0}
+    text = json.loads(said('TIED', ('sensor_gain', 'clock_rate')))
+    text['verdict']['class'] = ['sensor_gain', 'clock_rate', 'stiffness_scale']
+    text['candidates'] += [{'effects': e} for e in (['sensor_gain', 'stiffness_scale'],
+                                                    ['sensor_gain', 'added_mass'])]
+    for second, tied in (('stiffness_scale', True), ('added_mass', False)):
+        got = row('a', {'kind': 'pair', 'effects': [
+            {**effect, 'name': n} for n in ('sensor_gain', second)]}, read_answer(
+                json.dumps(text)))
+        assert (got['right'], got['tied_pair']) == (False, tied)
+
+
 def test_no_answer_and_a_false_one_are_wrong(rng):
     """A case without a readable answer is a failure, not taken out."""
     labels, _ = synthetic(rng, 20)
