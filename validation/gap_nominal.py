@@ -3,6 +3,7 @@ Measure the diagnosis with models that are wrong, on the package's own simulator
 
     python -m validation.gap_nominal calibrated 30 --errors 0.01 --out calibrated.jsonl
     python -m validation.gap_nominal alone 30 --errors 0.003 --out alone.jsonl
+    python -m validation.gap_nominal calibrated 30 --pairs --out pairs.jsonl
     python -m validation.gap_nominal summary calibrated.jsonl
 
 The spacecraft that is recorded differs from its model by `--errors` in each frequency (standard
@@ -10,8 +11,8 @@ deviation), by exp(0.3 n) in each damping ratio, by three times as much in parti
 by twice as much in the inertia of the hub, by 0.1 % in gains and 1 cm in the places of the
 sensors. Levels of torque and of process noise differ by +-6 dB, each on its own, from the model
 and from record to record, and the force on every mode by +-3 dB from those on the others. Every
-craft has one record without effect and CASES with one; sizes are in units of d' with the
-covariance that the nominal leaves.
+craft has one record without effect and CASES with one, or with two of different sites, of which
+each has d' between 5 and 20; sizes are in units of d' with the covariance that the nominal leaves.
 """
 import argparse
 from dataclasses import dataclass, replace
@@ -20,7 +21,7 @@ import time
 
 import numpy as np
 
-from ssi_ros.effects import applicable, inject, simulate_setup
+from ssi_ros.effects import applicable, effect_class, inject, simulate_setup
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.driver import diagnose
 from ssi_ros.gap.inference.whittle import BLAS, whiten
@@ -38,7 +39,8 @@ from validation.gap_campaign import draw, Oracle, SECONDS, summary
 
 CLIMB = 10              # steps to the most probable errors
 CASES = 5               # effects a craft
-DETECTION = 8.0         # d' of every effect
+DETECTION = 8.0         # d' of every effect,
+OF_PAIRS = 5.0, 20.0    # and of each of two, even in the logarithm
 LEVEL_DB, FORCE_DB = 6.0, 3.0
 
 
@@ -148,7 +150,18 @@ def crafts(kind, errors, first):
         yield number, rng, truth, nominal, prior
 
 
-def run(kind, count, errors, out, first, only=()):
+def drawn(rng, oracle, names, number, pairs):
+    """Return the effect whose turn it is of the size DETECTION, or two drawn at random."""
+    if not pairs:
+        return [draw(rng, oracle, names[number % len(names)], DETECTION)]
+    while True:
+        two = rng.choice(names, 2, replace=False)
+        if effect_class(two[0]).site != effect_class(two[1]).site:
+            return [draw(rng, oracle, name, np.exp(rng.uniform(*np.log(OF_PAIRS))))
+                    for name in two]
+
+
+def run(kind, count, errors, out, first, only=(), pairs=False):
     """Write one line of JSON for every record: of each craft one without effect first."""
     names, done = list(only or applicable(load_spacecraft())), 0
     for number, rng, truth, nominal, prior in crafts(kind, errors, first):
@@ -161,10 +174,9 @@ def run(kind, count, errors, out, first, only=()):
                     # sized at the levels of the record, around the truth where the prior is wide
                     side = recorded if kind == 'alone' else replace(
                         nominal, excitation=recorded.excitation)
-                    name = names[(CASES * number + case - 1) % len(names)]
-                    effects = [draw(rng, WideOracle(side) if kind == 'alone'
-                                    else oracle_of(side, prior), name,
-                                    DETECTION)]
+                    effects = drawn(rng, WideOracle(side) if kind == 'alone'
+                                    else oracle_of(side, prior), names,
+                                    CASES * number + case - 1, pairs)
                 samples = simulate_setup(inject(recorded, effects, SECONDS),
                                          80_000 + 10 * number + case)
             except ValueError as error:
@@ -197,13 +209,14 @@ def main():
     parser.add_argument('--errors', type=float, default=0.01, help='of the frequencies')
     parser.add_argument('--first', type=int, default=0, help='number of the first craft')
     parser.add_argument('--only', nargs='*', default=())
+    parser.add_argument('--pairs', action='store_true', help='two effects a record')
     parser.add_argument('--out', default='nominal.jsonl')
     args = parser.parse_args()
     if args.kind == 'summary':
         summary(args.what)
         return
     with open(args.out, 'a') as out:
-        run(args.kind, int(args.what), args.errors, out, args.first, args.only)
+        run(args.kind, int(args.what), args.errors, out, args.first, args.only, args.pairs)
 
 
 if __name__ == '__main__':
