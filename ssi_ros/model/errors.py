@@ -202,9 +202,14 @@ def with_frequencies(system, factors, damping=0.0):
     System
 
     """
-    root = np.sqrt(factors * np.exp(damping))
-    return replace(system, stiffness=system.stiffness * np.outer(factors, factors),
-                   damping=system.damping * np.outer(root, root))
+    stiffness, damping = moved_matrices(system.stiffness, system.damping, factors, damping)
+    return replace(system, stiffness=stiffness, damping=damping)
+
+
+def moved_matrices(stiffness, damping, factors, log_damping):
+    """Return both matrices (n, n) of `with_frequencies`, without a system around them."""
+    root = np.sqrt(factors * np.exp(log_damping))
+    return stiffness * np.outer(factors, factors), damping * np.outer(root, root)
 
 
 @lru_cache(maxsize=64)

@@ -6,7 +6,7 @@ that moves them is then beside its own consequence: what it changes, the errors 
 already. So a candidate stands at errors with what it moves taken back, and it is the prior that
 says which of the two is more probable: an effect that explains large errors makes them small.
 """
-from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import eigh
@@ -14,7 +14,7 @@ from scipy.optimize import linear_sum_assignment
 
 from ssi_ros.effects.statistical_linearisation import linearise
 from ssi_ros.gap.candidate import Candidate
-from ssi_ros.model.errors import DAMPING, FREQUENCY, places_of, with_frequencies
+from ssi_ros.model.errors import DAMPING, FREQUENCY, moved_matrices, places_of
 from ssi_ros.model.modal_errors import basis_of, modes_at, turned
 
 ROUNDS = 15             # of Newton, at most
@@ -42,7 +42,7 @@ class Compensation:
         # the modes of somebody else's model are no freedoms of it
         self.shapes = None if model.arrays else basis_of(model)[0]
         self.nominal = self._of_modes(simulator.setup(Candidate()))
-        self.home = _modes(linearise(simulator.setup(around)))
+        self.home = Matrices.of(linearise(simulator.setup(around))).modes
         self._known = {around: np.zeros(len(names))}
         kinds, system = (FREQUENCY, DAMPING), self.nominal.system
         if self.shapes is not None:
@@ -66,19 +66,20 @@ class Compensation:
     def _shift(self, candidate):
         shift = np.zeros(len(self.names))
         setup = self._of_modes(linearise(self.simulator.setup(candidate)))
-        system, found = setup.system, _modes(setup)
+        here = Matrices.of(setup)
+        found = here.modes
         pairs = _paired(self.home, found)
         if all(np.allclose(found[k][pairs[1]], self.home[k][pairs[0]], rtol=STILL, atol=0)
                for k in (0, 1)):
             return shift
         dofs = list(self.nominal.system.dofs)
-        own = [system.dofs.index(d) if d in system.dofs else None for d in dofs]
+        at = setup.system.dofs
+        own = [at.index(d) if d in at else None for d in dofs]
         distance = self._distance(found, shift)
         for _ in range(ROUNDS):
-            there = self._step(setup, own, shift)
+            there = self._step(here, own, shift)
             for _ in range(HALVINGS):
-                after = self._distance(_modes(replace(
-                    setup, system=self._moved(system, own, there))), there)
+                after = self._distance(self._moved(here, own, there).modes, there)
                 if after < distance:
                     break
                 # errors of two alike arrays turn the shapes of a close pair before they part it
@@ -99,24 +100,24 @@ class Compensation:
                      + np.sum(1 - _mac(self.home, found)[home, there]) / NEAR_SHAPE ** 2
                      + np.sum((shift / self.stds) ** 2))
 
-    def _step(self, setup, own, shift):
+    def _step(self, here, own, shift):
         """Return the shift that Gauss-Newton takes next, frequencies first, then dampings."""
         shift = shift.copy()
         for kind, numbers in self.index.items():
-            moved = self._moved(setup.system, own, shift)
-            now = frequency, damping, shapes, _ = _modes(replace(setup, system=moved))
+            moved = self._moved(here, own, shift)
+            now = frequency, damping, shapes, _ = moved.modes
             pairs = _paired(self.home, now)         # anew: shapes of a close pair turn
             there = frequency if kind == FREQUENCY else damping
             wanted = np.log(self.home[0 if kind == FREQUENCY else 1][pairs[0]]
                             / there[pairs[1]])
             matrix = moved.stiffness if kind == FREQUENCY else moved.damping
-            energy = np.einsum('im,ij,jm->m', shapes, matrix, shapes)[pairs[1]]
+            shapes = shapes[:, pairs[1]]
+            energy = np.sum(shapes * (matrix @ shapes), axis=0)
             at = [(own[d], i) for d, i in numbers.items() if own[d] is not None]
             if not at:          # no error of this kind is declared
                 continue
-            slope = np.array([shapes[d, pairs[1]] ** 2 * matrix[d, d] / energy
-                              for d, _ in at]).T
-            which = np.array([i for _, i in at])
+            dofs, which = np.array(at).T
+            slope = (shapes[dofs].T ** 2 * matrix[dofs, dofs]) / energy[:, None]
             # the most probable errors of all that do it, as nearly as a record could show
             unit = shift[which] / self.stds[which]
             scaled = slope * self.stds[which] / NEAR[kind]
@@ -126,28 +127,44 @@ class Compensation:
             shift[which] = np.clip(self.stds[which] * unit, -FAR[kind], FAR[kind])
         return shift
 
-    def _moved(self, system, own, shift):
-        """Return the system with shifts of frequencies and dampings in its matrices."""
-        frequency, damping = np.ones(len(system.dofs)), np.zeros(len(system.dofs))
+    def _moved(self, here, own, shift):
+        """Return Matrices with shifts of frequencies and dampings in them."""
+        frequency, damping = np.ones(len(here.mass)), np.zeros(len(here.mass))
         for kind, out in ((FREQUENCY, frequency), (DAMPING, damping)):
             for dof, i in self.index[kind].items():
                 if own[dof] is not None:
                     # relative errors are of the model as it is written, not as it stands
                     out[own[dof]] += shift[i] / (
                         1.0 + self.values[i] if kind == FREQUENCY else 1.0)
-        return with_frequencies(system, frequency, damping)
+        stiffness, damping = moved_matrices(here.stiffness, here.damping, frequency, damping)
+        return here._replace(stiffness=stiffness, damping=damping)
 
 
-def _modes(setup):
-    """Return frequencies as the stamps have them, modal damping rates, shapes, and at channels."""
-    system = setup.system
-    values, shapes = eigh(system.stiffness, system.mass)
-    keep = values > LEAST * values[-1]
-    values, shapes = values[keep], shapes[:, keep]
-    stretch = setup.stamp_rate_hz / system.rate_hz
-    damping = np.einsum('im,ij,jm->m', shapes, (system.damping + system.damping.T) / 2, shapes)
-    return (np.sqrt(values) * stretch, np.maximum(damping, 1e-12) * stretch, shapes,
-            system.sensor @ shapes)
+class Matrices(NamedTuple):
+    """What modes are computed of, without the checks that a System makes of each."""
+
+    mass: np.ndarray        # (n, n)
+    stiffness: np.ndarray   # (n, n)
+    damping: np.ndarray     # (n, n)
+    sensor: np.ndarray      # (l, n)
+    stretch: float          # of frequencies, as the stamps have them
+
+    @classmethod
+    def of(cls, setup):
+        """Return those of a setup."""
+        system = setup.system
+        return cls(system.mass, system.stiffness, system.damping, system.sensor,
+                   setup.stamp_rate_hz / system.rate_hz)
+
+    @property
+    def modes(self):
+        """Return frequencies (k,), modal damping rates (k,), shapes (n, k), at channels (l, k)."""
+        values, shapes = eigh(self.stiffness, self.mass, check_finite=False)
+        keep = values > LEAST * values[-1]
+        values, shapes = values[keep], shapes[:, keep]
+        damping = np.sum(shapes * ((self.damping + self.damping.T) / 2 @ shapes), axis=0)
+        return (np.sqrt(values) * self.stretch, np.maximum(damping, 1e-12) * self.stretch, shapes,
+                self.sensor @ shapes)
 
 
 def _paired(home, found):

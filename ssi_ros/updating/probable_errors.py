@@ -138,23 +138,33 @@ def factors(change):
 
 
 @njit(cache=True, error_model='numpy')
+def _inverse_factor(change, root):
+    """Write R^-1 of V as real sums, (l, l); False where R has no positive diagonal."""
+    count = len(change)
+    for j in range(count):
+        diagonal = 1.0 + change[j, j] / 2
+        if not diagonal > LEAST:
+            return False
+        root[j, j] = 1.0 / diagonal
+        for i in range(j + 1, count):
+            total = 0.0 + 0.0j
+            for m in range(j, i):
+                total += complex(change[i, m] + change[m, i],
+                                 change[i, m] - change[m, i]) / 2 * root[m, j]
+            root[i, j] = -total / (1.0 + change[i, i] / 2)
+    return True
+
+
+@njit(cache=True, error_model='numpy')
 def _seen(change, record, many, root, white, slopes):
     """Fill Q = R^-1, X = Q T Q^H and, as real sums, the slopes; return the likelihood or -inf."""
     bins, count = change.shape[:2]
     half, value = np.empty((count, count), record.dtype), 0.0
     for k in range(bins):
+        if not _inverse_factor(change[k], root[k]):
+            return -np.inf
         for j in range(count):
-            diagonal = 1.0 + change[k, j, j] / 2
-            if not diagonal > LEAST:
-                return -np.inf
-            value += record[k, j, j].real - 2 * many[k] * np.log(diagonal)
-            root[k, j, j] = 1.0 / diagonal
-            for i in range(j + 1, count):
-                total = 0.0 + 0.0j
-                for m in range(j, i):
-                    total += complex(change[k, i, m] + change[k, m, i],
-                                     change[k, i, m] - change[k, m, i]) / 2 * root[k, m, j]
-                root[k, i, j] = -total / (1.0 + change[k, i, i] / 2)
+            value += record[k, j, j].real - 2 * many[k] * np.log(1.0 + change[k, j, j] / 2)
         for i in range(count):
             for j in range(count):
                 total = root[k, i, 0] * record[k, 0, j]
@@ -225,14 +235,7 @@ def seen(change, excess, out):
     inverse = np.zeros((count, count), np.complex128)
     inner, record = np.empty_like(inverse), np.empty_like(inverse)
     for k in range(bins):
-        for j in range(count):
-            inverse[j, j] = 1.0 / (1.0 + change[k, j, j] / 2)
-            for i in range(j + 1, count):
-                total = 0.0 + 0.0j
-                for m in range(j, i):
-                    total += complex(change[k, i, m] + change[k, m, i],
-                                     change[k, i, m] - change[k, m, i]) / 2 * inverse[m, j]
-                inverse[i, j] = -total / (1.0 + change[k, i, i] / 2)
+        _inverse_factor(change[k], inverse)     # of errors that a fit has stood at
         for i in range(count):
             for j in range(i, count):               # R^-H R^-1
                 total = 0.0 + 0.0j
