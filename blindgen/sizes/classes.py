@@ -2,9 +2,9 @@
 """
 Which of the library's effects cannot be data from one another, by the generator's information.
 
-The cosine of two changes is taken beyond all that the unknowns of the case explain, and the best
-over the places and the free numbers of the rival. From SAME on they count as one. It is fixed in
-the sealed label of each case, before any tool has run.
+The cosine of two changes of one size is taken beyond all that the unknowns of the case explain,
+and the best over the places and the free numbers of the rival. From SAME on they count as one. It
+is fixed in the sealed label of each case, before any tool has run.
 """
 from blindgen.effects.base import EFFECTS
 from blindgen.sizes.predict import PAIRS, SEED, simulated, size_for
@@ -13,7 +13,8 @@ import numpy as np
 SAME = 0.98
 WORTH = 0.8                 # cosines from here on are kept
 DRAWS = 4                   # of the free numbers of a rival, at each place
-TRIAL = 5.0                 # d', with nothing unknown, at which the change of a rival is taken
+SMALL = 5.0                 # d', with nothing unknown, below which a change turns with its sign
+NEAR, ROUNDS = 1.25, 8      # of the size of the effect, in which a rival is brought to it
 SPECTRAL = ('spectrum', 'rounding')
 
 
@@ -29,11 +30,12 @@ def rivals(knowledge, name, parameters, alone, seed=0):
         return {}
     u = _change(knowledge, EFFECTS[name], parameters)
     cosine, best, rng = knowledge.cosines_with(u), {}, np.random.default_rng(seed)
+    trial = float(np.sqrt(u @ u))
     for rival in EFFECTS.values():
         if not rival.library or rival.name == name or not rival.fits(craft):
             continue
         if rival.predict in SPECTRAL:
-            found = _closest(knowledge, rival, cosine, rng)
+            found = _closest(knowledge, rival, cosine, trial, rng)
         elif rival.predict == 'simulated' and EFFECTS[name].site == 'structure':
             found = _hinges(knowledge, rival, cosine, alone, rng)
         else:
@@ -55,8 +57,8 @@ def _change(knowledge, effect, parameters):
     return knowledge.record.change(scenario)
 
 
-def _closest(knowledge, rival, cosine, rng):
-    """Return the largest cosine of a rival over its places and draws."""
+def _closest(knowledge, rival, cosine, trial, rng):
+    """Return the largest cosine of a rival of a size over its places and draws."""
     craft, best, done = knowledge.record.scenario.craft, 0.0, {}
     duration, m = knowledge.record.duration_s, np.sqrt(rival.low * rival.high)
     for _ in range(200):
@@ -68,14 +70,15 @@ def _closest(knowledge, rival, cosine, rng):
                 break
             continue
         done[place] = done.get(place, 0) + 1
-        if v.get('sign') == -1.0:                # a sign turns the cosine and nothing else
+        # a line that has moved by its width is another change than one that has moved a little
+        if v.get('sign') == -1.0 and trial < SMALL:
             v['sign'] = 1.0
-        for _ in range(6):
+        for _ in range(ROUNDS):
             w = knowledge.record.change(rival.apply(knowledge.record.scenario, rival.size(v, m)))
             size = np.sqrt(w @ w)
-            if 0.2 * TRIAL < size < 5 * TRIAL:
+            if trial / NEAR < size < trial * NEAR:
                 break
-            m = float(np.clip(m * np.clip(TRIAL / max(size, 1e-12), 1e-3, 1e3), rival.low,
+            m = float(np.clip(m * np.clip(trial / max(size, 1e-12), 1e-3, 1e3), rival.low,
                               rival.high))
         best = max(best, abs(cosine(w)))
     return best

@@ -154,9 +154,10 @@ def test_the_price_of_many_hypotheses_and_of_no_hypothesis(rng):
 
 @pytest.mark.slow
 def test_classes_are_of_what_cannot_be_separated(knowledge, sized):
-    """A clock that is off is a stiffness where the model's is unknown; a gain is no delay."""
-    found = rivals(knowledge, 'clock_rate', {'ppm': 1000.0}, 5.0)
-    assert 'stiffness_scale' in same(found) and found['stiffness_scale'] <= 1.0
+    """A clock that is off is a stiffness, of any size and sign; a gain is no delay."""
+    for ppm in (1000.0, -6000.0):
+        found = rivals(knowledge, 'clock_rate', {'ppm': ppm}, 5.0)
+        assert 'stiffness_scale' in same(found) and found['stiffness_scale'] <= 1.0
     parameters, sizes = sized['channel_delay']
     assert 'sensor_gain' not in same(rivals(knowledge, 'channel_delay', parameters,
                                             sizes['alone']))
