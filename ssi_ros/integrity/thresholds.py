@@ -30,6 +30,9 @@ class IntegrityThresholds:
     unit_error: Threshold = Threshold(
         0.3, 'log amplitude', 'engineering choice: no calibration is off by a factor of 7; other '
         'levels of several inputs change the ratio of two channels by 20 %')
+    unit_spread: Threshold = Threshold(
+        1.0, 'log amplitude', 'simulation: the middle 80 % of bins of records in g span 0.5, of a '
+        'colour of the excitation that is as quiet 1.6 and more')
     tied: Threshold = Threshold(
         10.0, 'nats', 'engineering choice: less of a likelihood ratio does not decide')
     unexplained: Threshold = Threshold(

@@ -61,6 +61,8 @@ def _unit_of_all(spectra):
     turns = np.rint(logs / LOG_G)
     if spectra.measured or abs(turns[0, 0]) != 1 or (turns != turns[0, 0]).any():
         return None
+    if np.ptp(logs) > LIMITS.unit_spread.value:
+        return None                 # a colour of the excitation is quiet at high frequencies
     factor = float(np.exp(np.mean(logs[1])))
     return _unit('All channels are', {'factor': factor}, factor, 0.0)
 

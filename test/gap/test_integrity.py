@@ -150,8 +150,8 @@ def test_healthy_records_and_large_effects_are_no_faults():
         'sensor_gain:channel=e1_a,scale=3', 'channel_delay:channel=e1_b,delay_s=0.002',
         'sensor_misplacement:channel=e1_a,along_m=-2,lateral_m=0',
         'hinge_friction:array=E1,torque_n_m=0.05,stiffness_n_m_rad=1e5',
-        'sensor_bandwidth:channel=all,corner_hz=10', 'quantisation:step_m_s2=0.01',
-        'quantisation:step_m_s2=0.2', 'saturation:limit_m_s2=0.03')]
+        'sensor_bandwidth:channel=all,corner_hz=10', 'excitation_colour:corner_hz=1.2',
+        'quantisation:step_m_s2=0.01', 'quantisation:step_m_s2=0.2', 'saturation:limit_m_s2=0.03')]
     for seed, setup in enumerate(setups):
         samples = simulate_setup(setup, 300 + seed)
         assert faults_of_samples(samples) == ()
