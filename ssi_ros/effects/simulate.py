@@ -16,7 +16,9 @@ from ssi_ros.model.simulator import check_rate, propagate, simulate, stationary_
 from ssi_ros.records import Samples
 
 HINGE_STEP_HZ = 2000.0      # least internal rate of nonlinear hinges
-DRIFT_STEP_S = 0.5          # how often a drifting stiffness takes its next value
+# a drifting stiffness takes its next value where it has changed by so much of itself,
+DRIFT_STEP = 1e-4
+DRIFT_STEP_S, DRIFT_STEPS = 0.5, 100        # after so long at least, and so often in a record
 MARGIN = 400                # rows on each side that band-limited interpolation needs
 FINER = 8                   # times finer grid from which a cubic spline interpolates
 
@@ -76,7 +78,7 @@ def simulate_setup(setup, seed, *, at_rest=False, start_ns=0, progress=None):
 
 
 def _drifting(system, setup, count, seed, at_rest):
-    """Propagate with D stepped every DRIFT_STEP_S; positions and speeds carry over, eq. (86)."""
+    """Propagate with D stepped evenly; positions and speeds carry over, eq. (86)."""
     if system.shaping is not None or system.conditioning is not None:
         raise ValueError('stiffness_drift cannot be simulated together with a coloured excitation '
                          'or a low-pass of the sensors; give one of them')
@@ -84,7 +86,8 @@ def _drifting(system, setup, count, seed, at_rest):
     check_rate(system, rate_hz)
     arrays = [a.name for a in setup.spacecraft.arrays]
     forces = begin_all(system.excitation, rate_hz, system.inputs, seed)
-    step = max(1, round(DRIFT_STEP_S * rate_hz))
+    part = max(DRIFT_STEP / abs(setup.drift), DRIFT_STEP_S * rate_hz / count)
+    step = max(1, round(min(part, 1 / DRIFT_STEPS) * count))
     values, x = [], None
     for first in range(0, count, step):
         rows = min(step, count - first)
