@@ -254,7 +254,7 @@ def assemble_model(model):
         channels=tuple(s.name for s in model.sensors), excitation=tuple(parts),
         chain=(Noise(tuple(s.noise_rms for s in model.sensors)),), rate_hz=model.rate_hz,
         measured=tuple(KINDS[s.kind][0] for s in model.sensors),
-        quadrature=model.quadrature), model)
+        quadrature=model.quadrature, fitted=any(model.calibration.values)), model)
 
 
 def modal_model(frequencies_hz, damping_ratios, shapes, participation, **names):

@@ -85,7 +85,7 @@ def assemble(spacecraft, explicit_hinges=False, hinge_inputs=False):
         channels=tuple(s.name for s in spacecraft.sensors),
         excitation=default_excitation(spacecraft),
         chain=(Noise((spacecraft.noise_rms_m_s2,) * len(spacecraft.sensors)),),
-        rate_hz=spacecraft.rate_hz)
+        rate_hz=spacecraft.rate_hz, fitted=any(spacecraft.calibration.values))
     if any(spacecraft.calibration.values):
         system = with_errors(system, spacecraft.calibration,
                              *_geometry(spacecraft, explicit_hinges))

@@ -46,6 +46,9 @@ class System:
         Filter that the whole excitation passes before it acts, eq. (24).
     conditioning : StateSpace or None
         Analogue filter that the channels pass before they are sampled.
+    fitted : bool
+        Whether errors of the model were fitted, which a mode above the band of a recording
+        follows though nothing shows it.
 
     """
 
@@ -64,6 +67,7 @@ class System:
     quadrature: object = None
     shaping: StateSpace = None
     conditioning: StateSpace = None
+    fitted: bool = False
 
     def __post_init__(self):
         for f in fields(self):

@@ -5,8 +5,10 @@ from itertools import islice
 import numpy as np
 import pytest
 from scipy.linalg import expm
-from ssi_ros.model import assemble, natural_modes, simulate, Spacecraft, stream
+from ssi_ros.model import (
+    assemble, load_spacecraft, natural_modes, simulate, Spacecraft, stream)
 from ssi_ros.model.disturbances import Firings
+from ssi_ros.model.errors import Calibration
 from ssi_ros.model.excitation import Coloured, White
 from ssi_ros.model.simulator import propagate
 from ssi_ros.model.statespace import settling
@@ -123,6 +125,17 @@ def test_a_rate_that_aliases_is_refused(system):
     """The message names the alias and the rate that would do."""
     with pytest.raises(ValueError, match=r'31.030 Hz would appear at 8.970 Hz; raise'):
         simulate(system, 10.0, 1, rate_hz=40.0)
+
+
+def test_errors_may_move_a_mode_a_little_above_half_of_the_rate():
+    """A calibration is not refused for a mode that no recording shows, at 31.03 Hz here."""
+    craft = load_spacecraft()
+    fitted = replace(craft, rate_hz=62.0, calibration=Calibration(('gain e1_a',), (1e-3,)))
+    assert np.isfinite(simulate(assemble(fitted), 10.0, 1).values).all()
+    with pytest.raises(ValueError, match='is too low: 1 modes'):
+        simulate(assemble(replace(craft, rate_hz=62.0)), 10.0, 1)
+    with pytest.raises(ValueError, match='is too low'):
+        simulate(assemble(replace(fitted, rate_hz=50.0)), 10.0, 1)
 
 
 @pytest.mark.parametrize('duration_s', [0.0, -1.0, float('nan'), float('inf')])
