@@ -28,7 +28,7 @@ def rows_of(name):
         answers.update(json.loads(lzma.decompress(path.read_bytes()))['answers'])
     labels = json.loads((KEPT / f'{name}_labels.json').read_text())['labels']
     for case, value in sorted(labels.items()):
-        label, text = value['label'], answers[case]
+        label, text = value['label'], answers.get(case)
         if label['kind'] == 'single':
             answer = read_answer(text if isinstance(text, str) else json.dumps(text))
             yield case, label, row(case, label, answer), answer
