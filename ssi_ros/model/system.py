@@ -47,8 +47,8 @@ class System:
     conditioning : StateSpace or None
         Analogue filter that the channels pass before they are sampled.
     fitted : bool
-        Whether errors of the model were fitted, which a mode above the band of a recording
-        follows though nothing shows it.
+        Whether errors of the model were fitted to a recording: they may have moved a mode, which
+        nothing in it shows, above half of the rate.
 
     """
 
