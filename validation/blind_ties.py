@@ -24,18 +24,23 @@ def main():
     print("| campaign | d' | single effects | named first | named or tied with it | 95 % |\n"
           + '|---' * 6 + '|')
     for name in parser.parse_args().names:
-        labels = json.loads((FOLDER / f'{name}_labels.json').read_text())['labels']
-        answers = {}
-        for path in sorted(FOLDER.glob(f'{name}_part*.json.xz')):
-            answers |= json.loads(lzma.open(path).read())['answers']
-        singles = [(v['label']['effects'][0], json.loads(answers[n]))
-                   for n, v in labels.items() if v['label']['kind'] == 'single']
+        singles = [(label['effects'][0], json.loads(text)) for _, label, text in singles_of(name)]
         for smallest in SMALLEST:
             rows = [named(e, a) for e, a in singles if e['detectability'] >= smallest]
             first, tied = (sum(r[i] for r in rows) for i in (0, 1))
             low, high = interval(tied, len(rows))
             print(f'| {name} | >= {smallest:g} | {len(rows)} | {first} | {tied} | '
                   f'{low:.2f} to {high:.2f} |')
+
+
+def singles_of(name):
+    """Yield case, label and text of the answer of every single effect of a campaign."""
+    labels, answers = json.loads((FOLDER / f'{name}_labels.json').read_text())['labels'], {}
+    for path in sorted(FOLDER.glob(f'{name}_part*.json.xz')):
+        answers |= json.loads(lzma.open(path).read())['answers']
+    for case, value in labels.items():
+        if value['label']['kind'] == 'single':
+            yield case, value['label'], answers[case]
 
 
 def named(effect, answer):

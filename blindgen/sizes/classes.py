@@ -70,7 +70,7 @@ def _closest(knowledge, rival, cosine, trial, rng):
                 break
             continue
         done[place] = done.get(place, 0) + 1
-        # a line that has moved by its width is another change than one that has moved a little
+        # a small change turns with its sign; of a line that moves by its width both are tried
         if v.get('sign') == -1.0 and trial < SMALL:
             v['sign'] = 1.0
         for _ in range(ROUNDS):
