@@ -8,7 +8,7 @@ from ssi_ros.gap.selection.thresholds import SELECTION as LIMITS
 def corrected(comparison, ranked):
     """Return the Ranked of a comparison, best first, the log evidence of approximations raised."""
     # the best explains nothing: another law may do so whose linear equivalent is worse
-    best, others, found = ranked[0], [], {}
+    best, others, found, exact = ranked[0], [], {}, None
     promising = (best.fit.log_likelihood + comparison.null.log_likelihood) / 2
     for r in ranked:
         if r is not best and (
@@ -21,8 +21,9 @@ def corrected(comparison, ranked):
         floor, correction = comparison.residual(r.fit).floor, 0.0
         if floor and r.fit.candidate.nonlinear:
             # the same random numbers cost an exact spectrum as much by chance
-            exact = [k.deficit for f, k in found.items() if k and not f.fit.candidate.nonlinear]
-            exact = exact[0] if exact else comparison.simulated_floor(comparison.null).deficit
+            if exact is None:
+                own = [k for f, k in found.items() if k and not f.fit.candidate.nonlinear]
+                exact = (own[0] if own else comparison.simulated_floor(comparison.null)).deficit
             correction = max(floor.deficit - exact, 0.0)
         found[replace(r, correction=correction)] = floor
     count = len(comparison.effects)

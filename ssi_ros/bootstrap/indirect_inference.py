@@ -22,6 +22,7 @@ ROUNDS = 8              # simulations and fits, at most
 RECORDS = 2             # of a round
 STEP = 0.9              # share of the difference that a round takes
 LONGEST = 2.0           # step over the difference, both in standard deviations
+AWAY = 2.0              # times the least difference so far: the rounds lead away
 LEAST = 0.1             # share of a fitted level that is kept of it
 FIT_STEPS = 6           # of the fit of a simulated record
 SEED = 9_100_000        # far from seeds that records are made with
@@ -62,6 +63,7 @@ def indirect_estimate(simulator, fitted, uncertainty, band_bins):
     unit = np.append(LIMITS.estimate_std.value * spread,
                      LIMITS.estimate_level.value * fitted.levels)
     again, slopes, before = fitted, np.eye(len(goal)) / STEP, None
+    best, least = found, np.inf
     for _ in range(ROUNDS):
         first, *others = [e for _, e in simulated_records(simulator, found, SEED, RECORDS)]
         again = fit_again(simulator, replace(first, others=tuple(others)), again, FIT_STEPS,
@@ -70,7 +72,11 @@ def indirect_estimate(simulator, fitted, uncertainty, band_bins):
             break
         found = replace(found, deficit=measure(again.model, first, band_bins).lost)
         off = (goal - _state(again)) / unit
-        near = np.all(np.abs(off) <= 1.0)
+        near, distance = np.all(np.abs(off) <= 1.0), np.linalg.norm(off)
+        if distance > AWAY * least:
+            return best
+        if distance < least:
+            best, least = found, distance
         if near and before is None:
             break
         if before is not None:

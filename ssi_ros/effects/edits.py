@@ -6,6 +6,8 @@ import numpy as np
 from ssi_ros.model.sensors import Mix
 from ssi_ros.quantity import unknown
 
+LINES = 50              # frequencies of a band that responses are taken at
+
 
 def channel_index(system, channel):
     """Return the index of a channel, ValueError with the near names if there is none."""
@@ -61,3 +63,19 @@ def add_part(setup, part):
     """Return the setup with one more part of the excitation."""
     return replace(setup, system=replace(setup.system,
                                          excitation=setup.system.excitation + (part,)))
+
+
+def held_amplitude(system, name, amplitude, *band_hz):
+    """
+    Return the amplitude of a sine held over each sample that acts as a steady one does, (83a).
+
+    The torque of a machine is not held as sampled inputs are. A sine that passes a band has the
+    rms ratio of both responses over it, at all channels together.
+    """
+    low, high = min(band_hz), max(band_hz)
+    at = np.linspace(low, high, LINES if high > low else 1)
+    where = system.inputs.index(name)
+    steady, held = (np.sum(np.abs(system.transfer(at, rate_hz)[:, :, where]) ** 2)
+                    for rate_hz in (None, system.rate_hz))
+    # an input that no channel shows has no response of either kind
+    return amplitude * float(np.sqrt(steady / held)) if held else amplitude

@@ -1,13 +1,13 @@
 """A machine on the hub turns at a steady speed."""
 from ssi_ros.effects.base import Effect, effect, ModalPattern, Site
-from ssi_ros.effects.edits import add_part, input_name
+from ssi_ros.effects.edits import add_part, held_amplitude, input_name
 from ssi_ros.model.disturbances import Sine
 from ssi_ros.quantity import quantity
 
 
 @effect
 class HarmonicDisturbance(Effect):
-    """A sine torque, about x_b unless an input is given, on for ever, eq. (83)."""
+    """A sine torque, about x_b unless an input is given, on for ever, eq. (83) and (83a)."""
 
     name = 'harmonic_disturbance'
     site = Site.EXCITATION
@@ -23,5 +23,6 @@ class HarmonicDisturbance(Effect):
 
     def apply(self, setup):
         """Return the setup with the sine among its excitation."""
-        return add_part(setup, Sine(input_name(setup.system, self.drives), self.torque_n_m,
-                                    self.frequency_hz, name=self.name))
+        drives = input_name(setup.system, self.drives)
+        amplitude = held_amplitude(setup.system, drives, self.torque_n_m, self.frequency_hz)
+        return add_part(setup, Sine(drives, amplitude, self.frequency_hz, name=self.name))

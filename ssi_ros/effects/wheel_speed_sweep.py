@@ -1,13 +1,13 @@
 """A wheel changes its speed during the record."""
 from ssi_ros.effects.base import Effect, effect, ModalPattern, Site
-from ssi_ros.effects.edits import add_part, input_name
+from ssi_ros.effects.edits import add_part, held_amplitude, input_name
 from ssi_ros.model.disturbances import Chirp
 from ssi_ros.quantity import quantity
 
 
 @effect
 class WheelSpeedSweep(Effect):
-    """A sine torque of a frequency that changes linearly over the record, eq. (83)."""
+    """A sine torque of a frequency that changes linearly over the record, eq. (83) and (83a)."""
 
     name = 'wheel_speed_sweep'
     site = Site.EXCITATION
@@ -32,5 +32,8 @@ class WheelSpeedSweep(Effect):
 
     def apply(self, setup):
         """Return the setup with the chirp among its excitation."""
-        return add_part(setup, Chirp(input_name(setup.system, self.drives), self.torque_n_m,
-                                     self.start_hz, self.end_hz, setup.duration_s, name=self.name))
+        drives = input_name(setup.system, self.drives)
+        amplitude = held_amplitude(setup.system, drives, self.torque_n_m, self.start_hz,
+                                   self.end_hz)
+        return add_part(setup, Chirp(drives, amplitude, self.start_hz, self.end_hz,
+                                     setup.duration_s, name=self.name))

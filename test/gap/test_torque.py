@@ -147,7 +147,7 @@ def test_a_rate_below_1_hz_is_searched_too():
     slow = Reconstruction(0.4, rows, first, noise[:, 0], ones[:, 0], taper, noise[:, 1:], ones,
                           np.abs(noise[:, 1]) ** 2, noise[:, 1:], 1.0, np.zeros(rows, bool),
                           noise[:, 1:], np.broadcast_to(np.eye(2), (count, 2, 2)),
-                          np.zeros(count))
+                          np.zeros(count), ones[:, 0])
     assert detect_in_input(slow, (LINE, CHIRP, IMPULSES, MODULATION)) == ()
     assert anomalies(slow, ('a', 'b')) == ()
 

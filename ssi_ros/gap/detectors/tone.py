@@ -32,7 +32,7 @@ def detect_tone(effect, reconstruction):
         return None
     shift, top = _parabola(power, best)
     frequency = (best + shift) / 2 + one.first
-    gain = np.interp(frequency, np.arange(one.first, last), one.gain)
+    gain = np.interp(frequency, np.arange(one.first, last), one.smooth_gain)
     height = np.sqrt(scale * max(top - 1.0, 0.0))
     amplitude = 2 * height / gain / np.sum(one.taper[~one.missing])
     frequency_hz = frequency * one.rate_hz / one.rows

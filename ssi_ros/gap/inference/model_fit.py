@@ -7,7 +7,7 @@ from ssi_ros.effects.base import is_log
 from ssi_ros.fisher_scoring import covariance, maximise
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.inference.whittle import whiten
-from ssi_ros.gap.nominal.simulator import level_prior
+from ssi_ros.gap.nominal.simulator import IMPOSSIBLE, level_prior
 from ssi_ros.updating.model_uncertainty import no_uncertainty
 
 STEPS = 12
@@ -174,10 +174,16 @@ class _Place:
     def _moves(self):
         """Return the derivatives of the errors of the model that candidates shift, (p, n)."""
         simulator, x = self.problem.simulator, self.x[len(self.logs):]
+        here = simulator.shift(self.candidate)
         moves = np.zeros((len(x), len(self.uncertainty.names)))
         for row, step in zip(moves, np.diag(PROBE * scales_of(self.candidate))):
-            low, high = (simulator.shift(self.candidate.moved(x + s)) for s in (-step, step))
-            row[:] = self.uncertainty.moves(high - low) / (2 * step.sum())
+            for sign in (1, -1):        # where `differences` has been
+                try:
+                    there = simulator.shift(self.candidate.moved(x + sign * step))
+                except IMPOSSIBLE:
+                    continue
+                row[:] = self.uncertainty.moves(there - here) / (sign * step.sum())
+                break
         return moves
 
 

@@ -79,8 +79,8 @@ class Search:
         both = [self.weighed(replace(r, correction=single.correction)
                              if set(single.names) <= set(r.names) else r, single)
                 for r in found]
-        # what an approximate form leaves, any second one takes some of
-        margin = LIMITS['approximate_pair'].value * _is_approximate(single)
+        # what an approximate form leaves, of its own records as well, any second one takes some of
+        margin = max(LIMITS['approximate_pair'].value, single.correction) * _is_approximate(single)
         both = [r for r in both if self.order(single) - self.order(r) > margin or not margin]
         ranked = sorted(ranked + both, key=self.order)
         if ranked[0] is not single:
