@@ -11,7 +11,7 @@ closed.json, scores.json and the cases themselves.
 import hashlib
 import json
 import lzma
-from math import sqrt
+from math import pi, sqrt
 from pathlib import Path
 import subprocess
 import sys
@@ -108,7 +108,9 @@ def row(name, label, a):
         strict, right = a['effects'] == true, alike(a['effects'], effects)
     # the probability of a tie is that of all its names together
     stated = right or kind == 'single' and any(alike([n], effects) for n in a['tied'])
-    covered, errors = [], {}
+    covered, at_place, errors = [], [], {}
+    there = kind == 'single' and all(a['values'].get(f'{true[0]}.{k}', v) == v for k, v in
+                                     effects[0]['parameters'].items() if isinstance(v, str))
     for key, value in a['values'].items() if kind == 'single' and strict else ():
         at = effects[0]['parameters'].get(key.split('.')[-1])
         if isinstance(at, (int, float)) and isinstance(value, (int, float)):
@@ -117,6 +119,10 @@ def row(name, label, a):
             if key in a['intervals']:
                 low, high = a['intervals'][key]
                 covered.append(bool(low <= at <= high))
+                if there:       # a phase is one on the circle
+                    turn = 2 * pi * round(((low + high) / 2 - at) / 2 / pi) * (
+                        key.endswith('phase_rad'))
+                    at_place.append(bool(low <= at + turn <= high))
     return {'name': name, 'kind': kind, 'true': true, 'data': a['effects'],
             'd': min((e['detectability'] for e in effects), default=0.0),
             'target': min((e['target'] for e in effects), default=0.0),
@@ -125,7 +131,8 @@ def row(name, label, a):
             'probability': a['probability'], 'strict': strict, 'right': right,
             'stated': stated,
             'tied_pair': right or any(alike(t, effects) for t in a['tied_pairs']),
-            'alarm': a['outcome'] in ALARMS, 'covered': covered, 'errors': errors,
+            'alarm': a['outcome'] in ALARMS, 'covered': covered,
+            'covered_at_place': at_place, 'errors': errors,
             'answered': a['outcome'] not in ('NO_ANSWER', 'TOO_LITTLE_DATA'),
             'top3': any(alike(data, effects) for data in a['ranked'][:3]),
             'closed': a['closed']}
@@ -160,7 +167,8 @@ def scores(rows, closed=None):
         return r['outcome'] == 'UNEXPLAINED'
 
     alarms = [r for r in rows if r['alarm']]
-    covered = [hit for r in rows for hit in r['covered']]
+    covered, at_place = ([hit for r in rows for hit in r[key]]
+                         for key in ('covered', 'covered_at_place'))
     off = sorted(abs(r['closed'] - closed[r['name']]['closed']) for r in rows if r['data']
                  and r['closed'] is not None and (closed or {}).get(r['name'], {}).get('closed')
                  is not None)
@@ -182,6 +190,7 @@ def scores(rows, closed=None):
         'calibration_stated': calibration(rows, 'stated'),
         'calibration_stated_alarms': calibration(alarms, 'stated'),
         'coverage90': wilson(sum(covered), len(covered)),
+        'coverage90_at_place': wilson(sum(at_place), len(at_place)),
         'wrong_confident': confident(rows),
         'wrong_confident_alarms': confident(alarms),
         'wrong_confident_stated': confident(rows, 'stated'),

@@ -17,6 +17,8 @@ TARGETS = (
     ('calibration', 'calibration error', 0.05, True),
     ('calibration_stated', 'the same, a tie stated as all of its names', 0.05, True),
     ('coverage90', '90 % intervals cover', (0.88, 0.92), None),
+    ('coverage90_at_place', 'the same, where the place is right, phases on the circle',
+     (0.88, 0.92), None),
     ('wrong_confident', 'wrong with probability > 0.9', 0.01, True),
     ('closed_error', "reduction of the gap against the true effect's, median error", 0.05, True))
 BESIDE = ('false_alarms', 'class_8', 'class_4', 'strict_8', 'unknown_8', 'unknown_false',
