@@ -152,6 +152,24 @@ def test_a_rate_below_1_hz_is_searched_too():
     assert anomalies(slow, ('a', 'b')) == ()
 
 
+@pytest.mark.parametrize('in_gap', [0.0, 1.0])
+def test_the_size_of_a_sine_does_not_depend_on_how_gaps_are_filled(in_gap):
+    """A fifth of 4000 samples is missing; the sine of amplitude 0.5 is in what fills it, or not."""
+    rng, rows, rate_hz, amplitude = np.random.default_rng(5), 4000, 10.0, 0.5
+    taper, missing = np.full(rows, rows ** -0.5), np.zeros(rows, bool)
+    missing[1000:1800] = True
+    sine = amplitude * np.sin(2 * np.pi * 2.0 * np.arange(rows) / rate_hz)
+    values = rng.standard_normal(rows) + np.where(missing, in_gap * sine, sine)
+    spectrum, first = np.fft.rfft(taper * values)[1:-1], 1
+    count = len(spectrum)
+    one = Reconstruction(
+        rate_hz, rows, first, spectrum, np.ones(count), taper, *[None] * 2, None, None, 1.0,
+        missing, None, None, np.zeros(count), np.ones(count))
+    found = detect_in_input(one, (LINE,))[0]
+    # 0.03 is its standard deviation, (2 / 3200)^0.5
+    assert found.parameters['torque_n_m'] == pytest.approx(amplitude, abs=0.06)
+
+
 def floor_of(modulation):
     """Return a floor by simulation of which only the modulation of the level counts."""
     return Floor(*[None] * 11, modulation, None)

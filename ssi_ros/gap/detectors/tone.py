@@ -15,7 +15,9 @@ BETWEEN = 1.5           # independent frequencies a bin, where those between two
 def detect_tone(effect, reconstruction):
     """Detect the strongest sine of the input, eq. (106)."""
     one = reconstruction
-    series = np.concatenate([one.tapered(one.values), np.zeros(one.rows)])
+    # a gap may be filled with a sine or without one
+    series = np.concatenate([np.where(one.missing, 0.0, one.tapered(one.values)),
+                             np.zeros(one.rows)])
     last = one.first + len(one.values)
     # twice as many bins: a sine between two of them keeps 90 % of its power
     fine = np.fft.rfft(series)[2 * one.first:2 * last - 1]
