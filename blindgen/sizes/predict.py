@@ -170,7 +170,10 @@ def size_for(knowledge, name, variant, target):
     low, high = np.log(effect.low), np.log(effect.high)
     at, slope, found = (low + high) / 2, 1.0, []     # (log m, log d' / target, sizes)
     for turn in range(30 if cheap else 12):
-        sizes = detectability(knowledge, name, effect.size(variant, float(np.exp(at))))
+        try:
+            sizes = detectability(knowledge, name, effect.size(variant, float(np.exp(at))))
+        except ArithmeticError:         # a motion that grows without end is seen by anything
+            sizes = {'alone': np.inf, 'attainable': np.inf}
         # below its price a size says little of the slope: that of `alone` leads on
         d = max(sizes['attainable'], 0.05 * min(sizes['alone'], target), 1e-6)
         miss = np.log(d / target) if np.isfinite(d) else 20.0

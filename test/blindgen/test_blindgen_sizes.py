@@ -5,6 +5,7 @@ from blindgen.cases.draw import draw_case, healthy, SMALL
 from blindgen.cases.plan import knowledge_of
 from blindgen.effects.base import EFFECTS
 from blindgen.physics.scenario import Scenario
+from blindgen.sizes import predict
 from blindgen.sizes.achieved import every_hypothesis, Score, separation, steady
 from blindgen.sizes.classes import rivals, same
 from blindgen.sizes.information import Knowledge, Record
@@ -122,6 +123,21 @@ def test_a_size_for_a_wanted_detectability(knowledge, name):
     assert sizes['attainable'] == pytest.approx(5.0, rel=0.3 if coarse else 0.03)
     assert sizes['alone'] > sizes['attainable']
     assert detectability(knowledge, name, parameters) == sizes
+
+
+def test_a_size_whose_motion_grows_without_end_is_too_large(knowledge, monkeypatch):
+    """A search that meets one, of a stiffness that is modulated, goes on below it."""
+    real, limit, met = predict.detectability, 1.003, []
+
+    def detectability(knowledge, name, p):
+        if abs(p['scale']) > limit:
+            met.append(p)
+            raise ArithmeticError('the integration ran away')
+        return real(knowledge, name, p)
+    monkeypatch.setattr(predict, 'detectability', detectability)
+    parameters, sizes = size_for(knowledge, 'sensor_gain', {'channel': 'e1_a', 'sign': 1.0}, 2.0)
+    assert met and parameters['scale'] < limit
+    assert sizes['attainable'] == pytest.approx(2.0, rel=0.03)
 
 
 def test_a_pulse_that_must_be_searched_for():

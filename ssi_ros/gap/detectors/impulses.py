@@ -5,11 +5,10 @@ from scipy.stats import norm
 from ssi_ros.effects.registry import deflection, detects
 from ssi_ros.gap.comparison import Detection
 from ssi_ros.gap.detectors.amplitude_modulation import level_of, strongest_modulation
+from ssi_ros.gap.detectors.impulse_sizes import impulse_sizes, peaks, rms_of
 from ssi_ros.gap.detectors.input_reconstruction import moments
 from ssi_ros.gap.detectors.thresholds import LIMITS
 
-MOST_PEAKS = 1500
-RESPONSE = 3000         # samples after which the response to an impulse is over
 TRIALS = 4              # independent heights and rates of the grid
 
 
@@ -27,18 +26,17 @@ def detect_impulses(effect, reconstruction):
     modulation = strongest_modulation(one)
     if modulation is not None:
         unit = unit / level_of(unit, modulation.parameters['period_s'] * one.rate_hz)
-    p_value, (height, height_std), (count, count_std), scale, (rows, probabilities) = (
-        _likelihood(one, unit, one.gain))
+    p_value, *_, spectrum, (rows, probabilities) = _likelihood(one, unit, one.gain)
     if p_value > LIMITS.p_value.value:
         return None
+    (count, count_std), (height, height_std) = impulse_sizes(one, unit, spectrum)
     through = np.sqrt(2 * np.sum(one.gain ** 2)) * one.taper.max()
-    impulse = scale / through / one.rate_hz
+    impulse = 1 / through / one.rate_hz
     per_min = 60 * one.rate_hz / _recorded(one)
     return Detection.of_effect(
         effect.within(rate_per_min=per_min * count, impulse_n_m_s=impulse * height), p_value,
         f'The input has about {count:.0f} impulses of {impulse * height:.3g} N m s.',
-        stds={'rate_per_min': per_min * max(count_std, np.sqrt(count)),
-              'impulse_n_m_s': impulse * max(height_std, 1 / np.sqrt(count))},
+        stds={'rate_per_min': per_min * count_std, 'impulse_n_m_s': impulse * height_std},
         trials=TRIALS, times=((one.inside.start + rows) / one.rate_hz, probabilities))
 
 
@@ -66,15 +64,15 @@ def anomalous_spikes(reconstruction, channel, i):
 
 
 def _likelihood(one, unit, gain):
-    """Return p-value, height and count with their deviations, and the scale of the series."""
+    """Return p-value, height and count with their deviations, and the spectrum of noise."""
     # And the places of all peaks, with the probability of each to be an impulse.
     spectrum = np.zeros(one.rows // 2 + 1)
     spectrum[one.first:one.first + len(gain)] = gain ** 2
     response = np.fft.irfft(spectrum, one.rows)
     # the impulses themselves have raised the levels that the unit was taken from
     count = _recorded(one)
-    scale = float(np.sqrt(np.sum(np.minimum(unit ** 2, 9.0)) / count / 0.97))
-    places, heights = _peaks(unit / scale, response / response[0])
+    places, heights = peaks(unit / rms_of(unit, count), response / response[0])
+    heights = np.abs(heights)
     turns = 2 * np.pi * np.arange(len(spectrum)) / one.rows
     speed = np.sqrt(np.sum(turns ** 2 * spectrum) / np.sum(spectrum))
     usual = count * speed / np.pi               # times exp(-a^2 / 2): peaks above a
@@ -92,26 +90,9 @@ def _likelihood(one, unit, gain):
     weights = np.exp(values - values.max())
     size, count = (moments(sizes, weights.sum(axis=1)), moments(counts, weights.sum(axis=0)))
     there = count[0] * norm.pdf(heights, size[0], np.hypot(1.0, size[1]))
-    return p_value, size, count, scale, (places, there / (there + noise))
+    return p_value, size, count, spectrum, (places, there / (there + noise))
 
 
 def _recorded(one):
     """Return how many samples of a Reconstruction count."""
     return np.count_nonzero(~one.missing[one.inside])
-
-
-def _peaks(unit, response):
-    """Return places and heights of peaks, the responses to larger ones taken out."""
-    unit, places, heights = unit.copy(), [], []
-    half = min(len(unit), RESPONSE)
-    both = np.concatenate([response[half - 1:0:-1], response[:half]])
-    while len(heights) < MOST_PEAKS:
-        at = int(np.argmax(np.abs(unit)))
-        height = unit[at]
-        if abs(height) < LIMITS.least_peak.value:
-            break
-        places.append(at)
-        heights.append(abs(height))
-        low, high = max(0, at - half + 1), min(len(unit), at + half)
-        unit[low:high] -= height * both[low - at + half - 1:high - at + half - 1]
-    return np.array(places, int), np.array(heights)
