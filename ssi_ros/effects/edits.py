@@ -74,8 +74,8 @@ def held_amplitude(system, name, amplitude, *band_hz):
     """
     low, high = min(band_hz), max(band_hz)
     at = np.linspace(low, high, LINES if high > low else 1)
-    where = system.inputs.index(name)
-    steady, held = (np.sum(np.abs(system.transfer(at, rate_hz)[:, :, where]) ** 2)
-                    for rate_hz in (None, system.rate_hz))
+    where = [system.inputs.index(name)]
+    steady, held = (np.sum(np.abs(system.transfer(at, rate_hz, where)) ** 2) for rate_hz in (
+        None, system.rate_hz))
     # an input that no channel shows has no response of either kind
     return amplitude * float(np.sqrt(steady / held)) if held else amplitude

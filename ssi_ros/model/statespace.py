@@ -85,10 +85,11 @@ class StateSpace:
         values, vectors, _ = self.diagonal
         return values, self.c @ vectors
 
-    def response(self, s):
-        """Return C (s I - A)^-1 B + D at every s, shape (f, l, m), eq. (19)."""
+    def response(self, s, inputs=slice(None)):
+        """Return C (s I - A)^-1 B + D at every s, of some inputs, shape (f, l, m), eq. (19)."""
         values, vectors, inverse = self.diagonal
-        return _response(values, self.c @ vectors, inverse @ self.b, self.d, s)
+        return _response(values, self.c @ vectors, inverse @ self.b[:, inputs],
+                         self.d[:, inputs], s)
 
     def discrete(self, rate_hz):
         """Return the exact sampled system for inputs held over a sample, eq. (21)."""
@@ -150,10 +151,10 @@ class Sampled:
         turn = np.abs(np.angle(self.poles))
         return (turn > 0.0) & (1 - np.abs(self.poles) < NUTATES * turn)
 
-    def response(self, z):
-        """Return the transfer function at every z = exp(j omega dt), (f, l, m), eq. (22)."""
-        poles, c, b, _ = self._both()
-        return _response(poles, c, b, self.d, z)
+    def response(self, z, inputs=slice(None)):
+        """Return the transfer function of some inputs at every z = exp(j omega dt), (f, l, m)."""
+        poles, c, b, _ = self._both()       # eq. (22)
+        return _response(poles, c, b[:, inputs], self.d[:, inputs], z)
 
     def state_covariance(self, input_covariance):
         """

@@ -158,9 +158,9 @@ class System:
         read = self.sensor[[k == kind for k in self.kinds]].any(axis=0)
         return np.flatnonzero(matrix.any(axis=0) | read)
 
-    def transfer(self, frequencies_hz, rate_hz=None):
+    def transfer(self, frequencies_hz, rate_hz=None, inputs=slice(None)):
         """
-        Return the transfer function from every input to every channel, eq. (19) and (22).
+        Return the transfer function from inputs to every channel, eq. (19) and (22).
 
         Parameters
         ----------
@@ -171,6 +171,8 @@ class System:
             exact discrete transfer function of what `simulate` computes, aliases included;
             without, the continuous H(j omega). They differ by the hold, which takes 7 % of the
             amplitude at a fifth of the rate.
+        inputs : slice or list of int
+            Which of the m inputs; all if not given.
 
         Returns
         -------
@@ -180,8 +182,8 @@ class System:
         space = self.state_space
         s = 2j * np.pi * np.atleast_1d(np.asarray(frequencies_hz, dtype=float))
         if rate_hz is None:
-            return space.response(s)
-        return space.discrete(rate_hz).response(np.exp(s / rate_hz))
+            return space.response(s, inputs)
+        return space.discrete(rate_hz).response(np.exp(s / rate_hz), inputs)
 
 
 @dataclass(frozen=True, eq=False)

@@ -153,7 +153,7 @@ def input_filter(simulator, setup, levels, frame):
         total, driven = (s * late[:, :, None] * late[:, None, :].conj() for s in (total, driven))
     inverse = np.linalg.inv(total)
     excited = np.einsum('kij,kji->', inverse, driven).real / inverse[..., 0].size
-    held, smooth = (setup.system.transfer(frame.frequencies_hz, rate_hz)[:, :, 0]
+    held, smooth = (setup.system.transfer(frame.frequencies_hz, rate_hz, slice(1))[:, :, 0]
                     for rate_hz in (setup.system.rate_hz, None))
     row = np.einsum('ki,kij->kj', held.conj(), inverse)
     gains = [np.sqrt(np.einsum('ki,kij,kj->k', h.conj(), inverse, h).real)
