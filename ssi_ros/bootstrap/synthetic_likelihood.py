@@ -2,7 +2,7 @@
 Numbers of which only simulations say what they make: a synthetic likelihood, eq. (108a).
 
 Statistics of simulated records are Gaussian about a quadratic function of the numbers, near those
-that make what was observed (Wood, Nature 466, 2010, with the regression of Fasiolo et al.).
+that make what was observed (Wood, Nature 466, 2010).
 """
 import numpy as np
 

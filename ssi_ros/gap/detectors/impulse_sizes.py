@@ -40,8 +40,9 @@ def impulse_sizes(one, unit, spectrum):
     Return mean and standard deviation of how many impulses there are, and of their height.
 
     Of a Reconstruction, its matched-filter series `unit` (n,) and the spectrum of its noise,
-    (rows / 2 + 1,). Records of it are simulated: impulses have raised the level that the series
-    is measured by, those below its peaks are not counted, and those that ring together are one.
+    (rows / 2 + 1,). Series like it are simulated: impulses have raised the level that it is
+    measured by, those below its peaks are not counted, and those that ring together are one.
+    None where impulses as high as the peaks would have more power than the whole record.
     """
     generator, there = np.random.default_rng(SEED), ~one.missing[one.inside]
     count, shape = np.count_nonzero(there), spectrum * one.rows / (2 * spectrum.sum())
@@ -56,6 +57,8 @@ def impulse_sizes(one, unit, spectrum):
         np.linspace(np.log(0.5), np.log(count / 10), COUNTS),
         np.linspace(top + np.log(LOWEST), top, HEIGHTS), indexing='ij'), -1).reshape(-1, 2)
     grid = grid[np.exp(grid @ (1.0, 2.0)) / count * shape.max() < LOUDEST]
+    if not len(grid):
+        return None
 
     def simulate(point):
         number, height = np.exp(point)

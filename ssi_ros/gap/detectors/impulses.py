@@ -26,10 +26,11 @@ def detect_impulses(effect, reconstruction):
     modulation = strongest_modulation(one)
     if modulation is not None:
         unit = unit / level_of(unit, modulation.parameters['period_s'] * one.rate_hz)
-    p_value, *_, spectrum, (rows, probabilities) = _likelihood(one, unit, one.gain)
+    p_value, *peaks_alone, spectrum, (rows, probabilities) = _likelihood(one, unit, one.gain)
     if p_value > LIMITS.p_value.value:
         return None
-    (count, count_std), (height, height_std) = impulse_sizes(one, unit, spectrum)
+    (count, count_std), (height, height_std) = (
+        impulse_sizes(one, unit, spectrum) or reversed(peaks_alone))
     through = np.sqrt(2 * np.sum(one.gain ** 2)) * one.taper.max()
     impulse = 1 / through / one.rate_hz
     per_min = 60 * one.rate_hz / _recorded(one)
