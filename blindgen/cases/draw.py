@@ -5,7 +5,8 @@ Draw a spacecraft, its model, and how the truth differs from the model.
 The nominal is what the diagnosis is given. Each frequency of the truth is 0.3 to 3 % off, each
 damping ratio by up to half, participation and shape by 3 % rms a mode; its mesh differs anyway.
 """
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
+from typing import ClassVar
 
 from blindgen.effects.base import log_uniform
 from blindgen.physics.plate import Plate
@@ -34,10 +35,18 @@ class Scope:
     scans: tuple = (12_000, 150_000)
     modes: tuple = (3, 10)          # an array
     sensors: tuple = (2, 4)         # an array
+    sizes: ClassVar[tuple] = (1.0, 30.0)        # attainable d'
+
+
+@dataclass(frozen=True)
+class LargeEffects(Scope):
+    """A scope of effects that are larger, such that most of the gap is more than its floor."""
+
+    sizes: tuple = (20.0, 80.0)     # attainable d'
 
 
 SMALL = Scope((50.0, 400.0), (60.0, 120.0), (6_000, 9_000), (2, 3), (2, 2))
-SCOPES = {'full': Scope(), 'small': SMALL}
+SCOPES = {'full': Scope(), 'small': SMALL, 'large': LargeEffects(**asdict(SMALL))}
 
 
 @dataclass(frozen=True)

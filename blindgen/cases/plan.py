@@ -16,7 +16,6 @@ from blindgen.sizes.predict import size_for
 import numpy as np
 
 SHARES = {'none': (0.15, 0.3), 'pair': (0.06, 0.12), 'outside': (0.12, 0.25)}
-SIZES = (1.0, 30.0)         # attainable d'
 
 
 @dataclass(frozen=True)
@@ -32,9 +31,11 @@ class Case:
         return asdict(self)
 
 
-def drafts(count, seed):
+def drafts(count, seed, sizes=Scope.sizes):
     """
     Return the drafts of a campaign in random order: (kind, ((effect, target), ...), seed).
+
+    Targets are attainable d' between the two of `sizes`.
 
     Raises
     ------
@@ -54,7 +55,7 @@ def drafts(count, seed):
     often = {names[0]: rng.dirichlet(np.full(len(names), 3.0)) for names in (library, families)}
 
     def one(names):
-        size = SIZES[0] * (SIZES[1] / SIZES[0])**rng.beta(*shape)
+        size = sizes[0] * (sizes[1] / sizes[0])**rng.beta(*shape)
         return str(rng.choice(names, p=often[names[0]])), float(size)
 
     jobs = [('none', ())] * want['none']

@@ -1,6 +1,8 @@
 # Licensed under the Apache License, Version 2.0.
 """How much a hinge is moved: what the sizes of its play, friction and cubic stiffness rest on."""
 from blindgen.cases.draw import draw_case, SCOPES
+from blindgen.cases.make import hash_of_scope, scope_of
+from blindgen.cases.plan import drafts
 from blindgen.effects import library, sensing  # noqa: F401  (they declare the effects)
 from blindgen.effects.base import channel_rms, EFFECTS, motion_rms
 from blindgen.physics.excitation import input_responses, input_rms
@@ -31,6 +33,16 @@ def test_no_input_is_seen_better_than_its_own_power_allows(seed):
     seen = (record.root @ response(record.scenario, f))[:, :, 0]
     own = input_rms(record.scenario)[0] * np.abs(input_responses(record.scenario, f)[:, 0])
     assert np.all(np.sum(np.abs(seen)**2, axis=1) * own**2 < 1 + 1e-6)
+
+
+@pytest.mark.parametrize('name', sorted(SCOPES))
+def test_a_scope_is_known_by_its_hash_and_says_how_large_effects_are(name):
+    """A commitment names its scope by a hash; targets are between the two sizes of the scope."""
+    scope = SCOPES[name]
+    assert scope_of({'scope_sha256': hash_of_scope(scope)}) == scope
+    targets = [t for _, effects, _ in drafts(60, 1, scope.sizes) for _, t in effects]
+    assert scope.sizes[0] <= min(targets) < 2 * scope.sizes[0]
+    assert scope.sizes[1] / 2 < max(targets) <= scope.sizes[1]
 
 
 def test_rounding_and_limits_leave_a_record():
