@@ -55,7 +55,7 @@ def evening(tmp_path_factory):
     folder, common = base / 'lost', ['--workers', '0', '--register', str(base / 'register.jsonl')]
     with pytest.MonkeyPatch.context() as patch:
         # planned in no time: what is planned does not matter here
-        patch.setattr('blindgen.cases.make.drafts', lambda count, seed: [
+        patch.setattr('blindgen.cases.make.drafts', lambda count, seed, sizes: [
             ('single', (('dropped_samples', 5.0),), 7),
             *(('none', (), k) for k in range(1, CASES))])
         assert main(['make', '--cases', str(CASES), '--scope', 'small', '--nonce', NONCE,
