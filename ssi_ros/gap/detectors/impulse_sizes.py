@@ -47,9 +47,9 @@ def impulse_sizes(one, unit, spectrum):
     generator, there = np.random.default_rng(SEED), ~one.missing[one.inside]
     count, shape = np.count_nonzero(there), spectrum * one.rows / (2 * spectrum.sum())
     response = np.fft.irfft(shape, one.rows)
-    heights = _peaks_of(unit, response, count)
+    rms, heights = _peaks_of(unit, response, count)
     high = np.abs(heights).max() / 2
-    goal = _statistics(unit, heights, count, high)
+    goal = _statistics(unit, rms, heights, count, high)
     share = np.mean(heights > 0.0)
     signs = [-1.0, 1.0] if 1 - ONE_SIGN < share < ONE_SIGN else [1.0]
     top = np.log(2.2 * high)
@@ -70,7 +70,7 @@ def impulse_sizes(one, unit, spectrum):
         series = np.fft.irfft(noise * np.sqrt(shape * rest)
                               + height * shape * np.fft.rfft(pulses), one.rows)
         series = np.where(there, series[one.inside], 0.0)
-        return _statistics(series, _peaks_of(series, response, count), count, high)
+        return _statistics(series, *_peaks_of(series, response, count), count, high)
 
     chances, values = posterior(simulate, goal, grid, generator), np.exp(grid)
     mean = chances @ values
@@ -79,14 +79,14 @@ def impulse_sizes(one, unit, spectrum):
 
 
 def _peaks_of(unit, response, count):
-    """Return the signed heights of the peaks of a series."""
+    """Return the standard deviation of a series and the signed heights of its peaks."""
     rms = rms_of(unit, count)
-    return rms * peaks(unit / rms, response)[1]
+    return rms, rms * peaks(unit / rms, response)[1]
 
 
-def _statistics(unit, heights, count, high):
+def _statistics(unit, rms, heights, count, high):
     """Return what is known of a series and its peaks, (7,); `high` is half of the highest."""
-    rms, power, heights = rms_of(unit, count), np.sum(unit ** 2) / count, np.abs(heights)
+    power, heights = np.sum(unit ** 2) / count, np.abs(heights)
     above, highest = heights / rms - LIMITS.least_peak.value, heights[heights > high]
     return np.log([
         len(above) + 1.0, (above.sum() + 0.5) / (len(above) + 1), above @ above + 1.0,
