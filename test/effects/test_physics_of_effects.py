@@ -1,4 +1,6 @@
 """Each law holds one effect against a number that does not come from the same lines of code."""
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -16,6 +18,12 @@ def setup_of(spacecraft, *texts, duration_s=30.0):
     return inject(spacecraft, [parse_effect(t) for t in texts], duration_s)
 
 
+def silent(spacecraft):
+    """Return a spacecraft that nothing random drives or disturbs."""
+    return replace(spacecraft, noise_rms_m_s2=0.0, excitation=replace(
+        spacecraft.excitation, torque_rms_n_m=(0.0, 0.0, 0.0), process_noise_rms=0.0))
+
+
 def frequencies(spacecraft, *texts):
     return natural_modes(setup_of(spacecraft, *texts).system).frequencies_hz
 
@@ -29,7 +37,6 @@ def test_stiffness_scales_all_frequencies_by_the_root(spacecraft):
 
 def test_scaled_array_equals_reassembly(spacecraft):
     """The shortcut of eq. (81) gives the matrices of a plate of another D."""
-    from dataclasses import replace
     arrays = tuple(replace(a, plate=replace(a.plate, stiffness_n_m=a.plate.stiffness_n_m * 0.9))
                    if a.name == 'E1' else a for a in spacecraft.arrays)
     again = natural_modes(assemble(replace(spacecraft, arrays=arrays))).frequencies_hz
@@ -66,9 +73,7 @@ def test_slosh_frequency_on_a_heavy_hub(spacecraft):
 
 def test_delay_shifts_a_sine(spacecraft):
     """A slow sine read 20 ms late is the sine of 20 ms before."""
-    from dataclasses import replace
-    quiet = replace(spacecraft, noise_rms_m_s2=0.0, excitation=replace(
-        spacecraft.excitation, torque_rms_n_m=(0.0, 0.0, 0.0), process_noise_rms=0.0))
+    quiet = silent(spacecraft)
     sine = 'harmonic_disturbance:frequency_hz=1,torque_n_m=1'
     plain = simulate_setup(setup_of(quiet, sine), 1).values
     late = simulate_setup(setup_of(quiet, sine, 'channel_delay:channel=e1_a,delay_s=0.02'), 1)
@@ -91,9 +96,7 @@ def test_clock_stretches_a_sine(spacecraft):
 @pytest.mark.parametrize('frequency_hz', [12.0, 33.0])
 def test_a_sine_is_the_torque_of_a_machine_not_one_held_over_samples(spacecraft, frequency_hz):
     """Held over a tenth of a sample, which takes 0.2 % at 33 Hz, the channels show the same."""
-    from dataclasses import replace
-    quiet = replace(spacecraft, noise_rms_m_s2=0.0, excitation=replace(
-        spacecraft.excitation, torque_rms_n_m=(0.0, 0.0, 0.0), process_noise_rms=0.0))
+    quiet = silent(spacecraft)
     rms = [np.std(simulate_setup(setup_of(
         replace(quiet, rate_hz=rate_hz),
         f'harmonic_disturbance:frequency_hz={frequency_hz},torque_n_m=1'), 1).values, axis=0)
@@ -105,7 +108,6 @@ def test_a_sine_is_the_torque_of_a_machine_not_one_held_over_samples(spacecraft,
 def test_jitter_noise_follows_the_slope(spacecraft):
     """First order: the error of jitter is slope x rms, and white."""
     from ssi_ros.model.sensors import Noise
-    from dataclasses import replace
     setup = setup_of(replace(spacecraft, noise_rms_m_s2=0.0), 'timestamp_jitter:rms_s=1e-4',
                      duration_s=60.0)
     still = replace(setup, jitter_rms_s=0.0, delays_s=(0.0, 0.0, 0.0, 1e-12))
