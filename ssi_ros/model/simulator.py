@@ -15,7 +15,6 @@ from ssi_ros.model.system import natural_modes
 from ssi_ros.records import Samples
 
 ROUNDING = 1e-17    # of the largest variance: what is below is not excited
-FITTED_BEYOND = 0.1     # of half of the rate, by which errors may have moved a mode above it
 BLOCK_S = 20.0      # of `simulate`: long enough for the vector units, short enough for the cache
 
 
@@ -112,9 +111,10 @@ def check_rate(system, rate_hz):
     live = modes.frequencies_hz[modes.damping_ratios < 0.2]
     if not (np.isfinite(rate_hz) and rate_hz > 0.0):
         raise ValueError(f'rate_hz={rate_hz:g} must be a positive number [Hz]')
-    # errors of a mode that no recording shows may be anything: it is simulated at its alias
-    above = live[live >= rate_hz / 2 * (1.0 + FITTED_BEYOND * system.fitted)]
-    if len(above):
+    above = live[live >= rate_hz / 2]
+    # errors of a mode that no recording shows may be anything: at the rate of the recordings it
+    # is simulated at its alias, as it was fitted
+    if len(above) and not (system.fitted and rate_hz == system.rate_hz):
         worst = above[-1]
         alias = abs(worst - rate_hz * round(worst / rate_hz))
         raise ValueError(

@@ -127,15 +127,15 @@ def test_a_rate_that_aliases_is_refused(system):
         simulate(system, 10.0, 1, rate_hz=40.0)
 
 
-def test_errors_may_move_a_mode_a_little_above_half_of_the_rate():
+def test_errors_may_move_a_mode_above_half_of_the_rate():
     """A calibration is not refused for a mode that no recording shows, at 31.03 Hz here."""
-    craft = load_spacecraft()
-    fitted = replace(craft, rate_hz=62.0, calibration=Calibration(('gain e1_a',), (1e-3,)))
+    craft = replace(load_spacecraft(), rate_hz=50.0)
+    fitted = replace(craft, calibration=Calibration(('gain e1_a',), (1e-3,)))
     assert np.isfinite(simulate(assemble(fitted), 10.0, 1).values).all()
     with pytest.raises(ValueError, match='is too low: 1 modes'):
-        simulate(assemble(replace(craft, rate_hz=62.0)), 10.0, 1)
+        simulate(assemble(craft), 10.0, 1)
     with pytest.raises(ValueError, match='is too low'):
-        simulate(assemble(replace(fitted, rate_hz=50.0)), 10.0, 1)
+        simulate(assemble(fitted), 10.0, 1, rate_hz=45.0)
 
 
 @pytest.mark.parametrize('duration_s', [0.0, -1.0, float('nan'), float('inf')])
