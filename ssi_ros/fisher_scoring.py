@@ -8,6 +8,8 @@ LEAST_INFORMATION = 1e-4    # coordinates that are not determined deviate by 100
 TRIALS = 6              # of a step, each more damped than the one before
 FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-3, 1e-6, 1e6     # of the information's diagonal
 SHORTENS = 0.05         # a tenth of the damping that shortens a step by a third
+AS_PROMISED = 0.5       # share of what a quadratic promises of a capped step: the next is longer
+LONGER = 2.0            # times as long
 HOPE = 4.0              # times what a quadratic promises: more is not expected of a climb
 GOES_ON = 3.0           # times the last gain, in every step left: more is not expected either
 
@@ -27,12 +29,14 @@ class Place(Protocol):
 
 def maximise(here, caps, steps, least=-np.inf):
     """
-    Climb from a Place to the nearest maximum of the likelihood, in steps of at most `caps`, (p,).
+    Climb from a Place to the nearest maximum of the likelihood, first in steps of at most `caps`, (p,).
 
-    After a step the climb ends where it will hardly come to a likelihood of `least`. Returns the
-    place, None where a step is not finite, and the Fisher information (p, p) last used.
+    After a capped step that gains as promised the next may be longer, so that few steps reach a
+    maximum at many caps from the start (Conn, Gould and Toint, Trust-Region Methods, 2000). The
+    climb ends where it will hardly come to a likelihood of `least`. Returns the place, None where
+    a step is not finite, and the Fisher information (p, p) last used.
     """
-    damping, limit, gain = FIRST_DAMPING, GAIN, np.inf
+    damping, limit, gain, longest = FIRST_DAMPING, GAIN, np.inf, 1.0
     # a direction that the record hardly determines must not take the whole of a step
     weak = np.diag(1 / caps ** 2)
     for number in range(steps + 1):
@@ -49,13 +53,17 @@ def maximise(here, caps, steps, least=-np.inf):
             step = np.linalg.solve(information + damping * diagonal + weak, score)
             if not np.all(np.isfinite(step)):
                 return None, information
-            step = step * min(1.0, np.min(caps / np.maximum(np.abs(step), 1e-300)))
-            if gain < 0.0 and (score - information @ step / 2) @ step < limit:
+            share = min(1.0, longest * np.min(caps / np.maximum(np.abs(step), 1e-300)))
+            step = share * step
+            hoped = (score - information @ step / 2) @ step
+            if gain < 0.0 and hoped < limit:
                 break           # so short a step gains nothing that counts
             there = here.at(here.x + step)
             gain = -np.inf if there is None else _gain(here, there, score)
             if gain > 0.0:
                 here, damping = there, max(damping / 10, LEAST_DAMPING)
+                if share < 1.0 and gain > AS_PROMISED * hoped:
+                    longest *= LONGER
                 break
             # less damping than this hardly shortens a step
             damping = min(10 * max(damping, SHORTENS), MOST_DAMPING)
