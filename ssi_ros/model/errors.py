@@ -9,6 +9,7 @@ Eq. (160) to (163) of docs/theory-gap.md.
 """
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -107,7 +108,21 @@ def of_recording(names):
     return np.array([name.split()[0] == FORCE for name in names], bool)
 
 
-def with_errors(system, calibration, hub_inertia, slopes):
+class Clamped(NamedTuple):
+    """
+    What the modes of clamped arrays are to a system whose arrays have hinges.
+
+    A mode of a hinged array is a turn about its root, which geometry gives, and shares of the
+    modes of the clamped array, which have the errors, eq. (161a).
+    """
+
+    coupling: np.ndarray    # (3, n), of each clamped mode with the hub
+    sensor: np.ndarray      # (l, n), its shape at the channels
+    squares: np.ndarray     # (n,), its stiffness omega^2
+    shares: np.ndarray      # (n, n), of each clamped mode, a row, in each freedom of the system
+
+
+def with_errors(system, calibration, hub_inertia, slopes, clamped=None):
     """
     Return a system with the errors of a calibration in its matrices.
 
@@ -122,6 +137,8 @@ def with_errors(system, calibration, hub_inertia, slopes):
     slopes : callable
         Derivative of the sensor row of a channel, given its index, along the array and across,
         (2, n) [1/m].
+    clamped : Clamped, optional
+        Of a system whose freedoms are modes of hinged arrays.
 
     Returns
     -------
@@ -133,7 +150,8 @@ def with_errors(system, calibration, hub_inertia, slopes):
         If a name is of nothing that the system has.
 
     """
-    found = numbers_at(system, calibration.names, calibration.values, hub_inertia, slopes)
+    found = numbers_at(system, calibration.names, calibration.values, hub_inertia, slopes,
+                       clamped)
     chain = system.chain
     if np.any(found.gains != 1.0):
         chain = (Mix(tuple(map(tuple, np.diag(found.gains).tolist()))), *chain)
@@ -153,7 +171,7 @@ class Numbers:
     input: np.ndarray       # noqa: A003
 
 
-def numbers_at(system, names, values, hub_inertia, slopes):
+def numbers_at(system, names, values, hub_inertia, slopes, clamped=None):
     """Return the Numbers of a system at values of named errors, (m,); see `with_errors`."""
     where = places_of(tuple(names), system.dofs, system.channels, system.inputs)
     values = np.asarray(values)
@@ -168,20 +186,26 @@ def numbers_at(system, names, values, hub_inertia, slopes):
 
     frequency = 1.0 + of(FREQUENCY, n)
     root = np.sqrt(frequency * np.exp(of(DAMPING, n)))
-    coupling = np.ones((n, n))
-    coupling[:3] += of(PARTICIPATION, n)
-    coupling[:, :3] += of(PARTICIPATION, n)[:, None]
-    mass = system.mass * coupling
-    axes = np.arange(3)
+    clamped = clamped or Clamped(system.mass[:3], system.sensor, np.diag(system.stiffness),
+                                 np.eye(n))
+    coupling = (clamped.coupling * of(PARTICIPATION, n)) @ clamped.shares
+    mass, axes = system.mass.copy(), np.arange(3)
+    mass[:3] += coupling
+    mass[:, :3] += coupling.T
     mass[axes, axes] += of(INERTIA, 3) * np.asarray(hub_inertia)
-    sensor = system.sensor * (1.0 + of(SHAPE, (channels, n)))
+    sensor = system.sensor + (clamped.sensor * of(SHAPE, (channels, n))) @ clamped.shares
     moved = np.column_stack([of(ALONG, channels), of(LATERAL, channels)])
     for i in np.flatnonzero(moved.any(axis=1)):
         sensor[i] += moved[i] @ slopes(i)
-    return Numbers(mass, system.damping * np.outer(root, root),
-                   system.stiffness * np.outer(frequency, frequency), sensor,
+    stiffness = system.stiffness + stiffened(clamped.squares, clamped.shares, frequency)
+    return Numbers(mass, system.damping * np.outer(root, root), stiffness, sensor,
                    1.0 + of(GAIN, channels),
                    system.input * np.exp(of(FORCE, len(system.inputs))))
+
+
+def stiffened(squares, shares, factors):
+    """Return what factors (n,) of the frequencies of clamped modes add to a stiffness, (n, n)."""
+    return shares.T @ ((squares * (factors ** 2 - 1.0))[:, None] * shares)
 
 
 def with_frequencies(system, factors, damping=0.0):

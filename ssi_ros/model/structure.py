@@ -11,7 +11,7 @@ import math
 import numpy as np
 from scipy.linalg import block_diag, eigh
 
-from ssi_ros.model.errors import Calibration, numbers_at, PROBE_M, with_errors
+from ssi_ros.model.errors import Calibration, Clamped, numbers_at, PROBE_M, with_errors
 from ssi_ros.model.excitation import coloured, White
 from ssi_ros.model.linear_model import assemble_model, LinearModel
 from ssi_ros.model.modal_errors import numbers_of_modes
@@ -112,14 +112,31 @@ def numbers_with_errors(spacecraft):
     if isinstance(spacecraft, LinearModel):
         return numbers_of_modes(spacecraft)
     system = assemble(replace(spacecraft, calibration=Calibration()))
-    names, (inertia, slopes) = spacecraft.calibration.names, _geometry(spacecraft, False)
-    return lambda values: numbers_at(system, names, values, inertia, slopes)
+    names, geometry = spacecraft.calibration.names, _geometry(spacecraft, False)
+    return lambda values: numbers_at(system, names, values, *geometry)
 
 
 def _geometry(spacecraft, explicit_hinges):
-    """Return the inertia of the hub, (3,), and slopes of sensor rows, as errors need them."""
+    """Return inertia of the hub, (3,), slopes of sensor rows, and Clamped, as errors need them."""
     return np.diag(spacecraft.hub.inertia_kg_m2), lambda i: _slopes(
-        spacecraft.arrays, spacecraft.sensors[i], explicit_hinges)
+        spacecraft.arrays, spacecraft.sensors[i], explicit_hinges), (
+        None if explicit_hinges else clamped_modes(spacecraft.arrays, spacecraft.sensors))
+
+
+@lru_cache(maxsize=256)
+def clamped_modes(arrays, sensors):
+    """Return what the modes of the clamped arrays are to those of the hinged, None: the same."""
+    if not any(math.isfinite(a.hinge_n_m_rad) for a in arrays):
+        return None
+    rigid = np.zeros((3, 3))
+    held = [replace(a, hinge_n_m_rad=INFINITE) for a in arrays]
+    parts = [_array_matrices(a, False) for a in held]
+    rows = [_row(held, s.array, s.along_m, s.lateral_m, False) for s in sensors]
+    shares = [_shares(a).T if math.isfinite(a.hinge_n_m_rad) else np.eye(a.modes) for a in arrays]
+    return Clamped(*map(read_only, (
+        np.hstack([rigid, *(p['coupling'] for p in parts)]), np.array(rows),
+        np.concatenate([np.zeros(3), *(np.diag(p['stiffness']) for p in parts)]),
+        block_diag(rigid, *shares))))
 
 
 def _with_give(system, arrays):

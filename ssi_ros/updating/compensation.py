@@ -14,8 +14,9 @@ from scipy.optimize import linear_sum_assignment
 
 from ssi_ros.effects.statistical_linearisation import linearise
 from ssi_ros.gap.candidate import Candidate
-from ssi_ros.model.errors import DAMPING, FREQUENCY, moved_matrices, places_of
+from ssi_ros.model.errors import DAMPING, FREQUENCY, moved_matrices, places_of, stiffened
 from ssi_ros.model.modal_errors import basis_of, modes_at, turned
+from ssi_ros.model.structure import clamped_modes
 
 ROUNDS = 15             # of Newton, at most
 DONE = 2e-6             # change of a relative error at which it ends
@@ -75,6 +76,7 @@ class Compensation:
         dofs = list(self.nominal.system.dofs)
         at = setup.system.dofs
         own = [at.index(d) if d in at else None for d in dofs]
+        here = here._replace(clamped=self._clamped(setup, here, own))
         distance = self._distance(found, shift)
         for _ in range(ROUNDS):
             there = self._step(here, own, shift)
@@ -90,6 +92,19 @@ class Compensation:
             if moved < DONE:
                 break
         return shift
+
+    def _clamped(self, setup, here, own):
+        """Return stiffness (n,) and shares (n, n) of the modes that errors are of, or None."""
+        model = setup.spacecraft
+        found = clamped_modes(model.arrays, model.sensors) if model.arrays else None
+        if found is None:       # the freedoms are these modes
+            return None
+        squares, shares = np.diag(here.stiffness).copy(), np.eye(len(here.stiffness))
+        n = len(found.squares)
+        squares[3:n], shares[:n, :n] = found.squares[3:], found.shares
+        for dof, i in self.index[FREQUENCY].items():
+            squares[own[dof]] *= (1.0 + self.values[i]) ** 2
+        return squares, shares
 
     def _distance(self, found, shift):
         """Return how far modes are from where the record has them, and errors from the prior."""
@@ -117,7 +132,11 @@ class Compensation:
             if not at:          # no error of this kind is declared
                 continue
             dofs, which = np.array(at).T
-            slope = (shapes[dofs].T ** 2 * matrix[dofs, dofs]) / energy[:, None]
+            if kind == FREQUENCY and here.clamped:
+                squares, shares = here.clamped
+                slope = ((shares @ shapes)[dofs].T ** 2 * squares[dofs]) / energy[:, None]
+            else:
+                slope = (shapes[dofs].T ** 2 * matrix[dofs, dofs]) / energy[:, None]
             # the most probable errors of all that do it, as nearly as a record could show
             unit = shift[which] / self.stds[which]
             scaled = slope * self.stds[which] / NEAR[kind]
@@ -137,6 +156,8 @@ class Compensation:
                     out[own[dof]] += shift[i] / (
                         1.0 + self.values[i] if kind == FREQUENCY else 1.0)
         stiffness, damping = moved_matrices(here.stiffness, here.damping, frequency, damping)
+        if here.clamped:
+            stiffness = here.stiffness + stiffened(*here.clamped, frequency)
         return here._replace(stiffness=stiffness, damping=damping)
 
 
@@ -148,6 +169,7 @@ class Matrices(NamedTuple):
     damping: np.ndarray     # (n, n)
     sensor: np.ndarray      # (l, n)
     stretch: float          # of frequencies, as the stamps have them
+    clamped: tuple = None   # of hinged arrays: stiffness and shares of the modes of the clamped
 
     @classmethod
     def of(cls, setup):
