@@ -157,9 +157,13 @@ def _(s, p):
     return replace(s, drift=p['change'])
 
 
+def _between(rng, lowest, highest):
+    """Draw a slosh frequency about the lower modes, also where all lie close together."""
+    return log_uniform(rng, 0.8 * lowest, max(0.3 * highest, lowest))
+
+
 @declare('fuel_slosh', 'structure', 1e-4, 500.0,
-         lambda rng, craft, t: {'f': log_uniform(rng, 0.8 * mode_range(craft)[0],
-                                                 0.3 * mode_range(craft)[1]),
+         lambda rng, craft, t: {'f': _between(rng, *mode_range(craft)),
                                 'z': log_uniform(rng, 0.005, 0.05), 'arm': rng.uniform(0.4, 1.0)},
          lambda v, m: {'mass_kg': m, 'frequency_hz': v['f'], 'damping_ratio': v['z'],
                        'arm_m': v['arm']})
