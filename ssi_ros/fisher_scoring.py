@@ -29,7 +29,7 @@ class Place(Protocol):
 
 def maximise(here, caps, steps, least=-np.inf):
     """
-    Climb from a Place to the nearest maximum of the likelihood, first in steps of at most `caps`, (p,).
+    Climb from a Place to the nearest maximum of the likelihood, at first by at most `caps`, (p,).
 
     After a capped step that gains as promised the next may be longer, so that few steps reach a
     maximum at many caps from the start (Conn, Gould and Toint, Trust-Region Methods, 2000). The
