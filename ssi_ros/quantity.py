@@ -94,9 +94,10 @@ def check_value(f, value):
 
 
 def in_range(cls, values):
-    """Return whether numbers, by name, lie where the class `cls` declares them."""
+    """Return whether numbers among values, by name, lie where the class `cls` declares them."""
     return all(f.metadata['low'] <= values[f.name] <= f.metadata['high']
-               for f in quantities(cls) if f.name in values)
+               for f in quantities(cls)
+               if f.name in values and not isinstance(values[f.name], str))
 
 
 def from_mapping(cls, mapping, where=''):

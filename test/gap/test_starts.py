@@ -13,7 +13,7 @@ from ssi_ros.gap.driver import diagnose
 from ssi_ros.gap.inference.model_fit import fit
 from ssi_ros.gap.inference.score_test import make_templates, promise, score
 from ssi_ros.gap.nominal.starting_points import (
-    at_size, beside_linear, promising, starting_points)
+    at_size, beside_linear, extensions, promising, starting_points)
 from ssi_ros.model import load_spacecraft
 from ssi_ros.model.uncertainty import EXACT
 from ssi_ros.updating.model_uncertainty import no_uncertainty
@@ -32,6 +32,14 @@ def test_the_best_template_sees_most_of_an_effect(text):
     _, cosine = promise(templates, simulator.expected(Candidate()), simulator.frame,
                         no_uncertainty(simulator.frame, 4))
     assert np.max(cosine[0, 1:]) > 0.75
+
+
+def test_no_law_begins_at_a_hinge_that_is_as_good_as_none():
+    """A linear hinge may be stiffer than any law of one; it ended a diagnosis."""
+    linear = parse_effect('hinge_compliance:array=E1,stiffness_n_m_rad=1.2e9')
+    laws = 'hinge_freeplay', 'hinge_friction', 'cubic_stiffness'
+    assert extensions(linear, laws) == []
+    assert len(extensions(replace(linear, stiffness_n_m_rad=9e8), laws)) == 3
 
 
 def test_laws_begin_at_the_linear_hinge_of_their_array():

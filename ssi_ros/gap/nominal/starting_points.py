@@ -117,7 +117,9 @@ def extensions(effect, names):
             continue
         common = {f.name: getattr(effect, f.name) for f in quantities(cls) if f.name in shared
                   and f.name != cls.size}
-        if {f.name for f in quantities(cls)} - {cls.size} == set(common) and len(common) > 1:
+        whole = {f.name for f in quantities(cls)} - {cls.size} == set(common) and len(common) > 1
+        # a fit may have made a linear hinge as good as none, which no law begins at
+        if whole and in_range(cls, common):
             found.append(cls(**common, **{cls.size: min(cls.starts[cls.size])}))
     return found
 
