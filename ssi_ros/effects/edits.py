@@ -3,6 +3,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from ssi_ros.model.excitation import source
+from ssi_ros.model.machines import is_machine
 from ssi_ros.model.sensors import Mix
 from ssi_ros.quantity import unknown
 
@@ -65,17 +67,26 @@ def add_part(setup, part):
                                          excitation=setup.system.excitation + (part,)))
 
 
-def held_amplitude(system, name, amplitude, *band_hz):
+def with_held_inputs(setup):
     """
-    Return the amplitude of a sine held over each sample that acts as a steady one does, (83a).
+    Return the setup whose machines act through inputs that are held over each sample, (83a).
 
-    The torque of a machine is not held as sampled inputs are. A sine that passes a band has the
-    rms ratio of both responses over it, at all channels together.
+    Of one that cannot be propagated without: a sine or a sweep then has the rms ratio of steady
+    and held responses over its band, at all channels together.
     """
-    low, high = min(band_hz), max(band_hz)
+    system = setup.system
+    parts = tuple(_held(p, system) if is_machine(p) else p for p in system.excitation)
+    return replace(setup, system=replace(system, excitation=parts))
+
+
+def _held(part, system):
+    if part is not source(part):
+        return replace(part, part=_held(part.part, system))
+    low, high = part.band_hz
     at = np.linspace(low, high, LINES if high > low else 1)
-    where = [system.inputs.index(name)]
+    where = [system.inputs.index(part.input)]
     steady, held = (np.sum(np.abs(system.transfer(at, rate_hz, where)) ** 2) for rate_hz in (
         None, system.rate_hz))
     # an input that no channel shows has no response of either kind
-    return amplitude * float(np.sqrt(steady / held)) if held else amplitude
+    ratio = float(np.sqrt(steady / held)) if held else 1.0
+    return replace(part, amplitude=part.amplitude * ratio, held=True)

@@ -1,6 +1,6 @@
 """A machine on the hub turns at a steady speed."""
 from ssi_ros.effects.base import Effect, effect, ModalPattern, Site
-from ssi_ros.effects.edits import add_part, held_amplitude, input_name
+from ssi_ros.effects.edits import add_part, input_name
 from ssi_ros.model.disturbances import Sine
 from ssi_ros.quantity import quantity
 
@@ -24,5 +24,5 @@ class HarmonicDisturbance(Effect):
     def apply(self, setup):
         """Return the setup with the sine among its excitation."""
         drives = input_name(setup.system, self.drives)
-        amplitude = held_amplitude(setup.system, drives, self.torque_n_m, self.frequency_hz)
-        return add_part(setup, Sine(drives, amplitude, self.frequency_hz, name=self.name))
+        return add_part(setup, Sine(drives, self.torque_n_m, self.frequency_hz, name=self.name,
+                                    held=False))

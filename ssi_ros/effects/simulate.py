@@ -7,7 +7,7 @@ from scipy.interpolate import CubicSpline
 from scipy.signal import resample
 
 from ssi_ros.effects.base import lateness
-from ssi_ros.effects.edits import scale_stiffness
+from ssi_ros.effects.edits import scale_stiffness, with_held_inputs
 from ssi_ros.model.excitation import begin_all, generator
 from ssi_ros.model.joints import JointLaw, simulate_joints
 from ssi_ros.model.nonlinear import simulate_nonlinear
@@ -52,6 +52,8 @@ def simulate_setup(setup, seed, *, at_rest=False, start_ns=0, progress=None):
     moves = bool(setup.delays_s or setup.corners_hz or setup.late) or setup.jitter_rms_s > 0.0
     rows = count + 2 * MARGIN if moves else count
     bare = replace(system, chain=())
+    if setup.laws or setup.drift:
+        bare = replace(bare, excitation=with_held_inputs(setup).system.excitation)
     if setup.laws and setup.drift:
         raise ValueError('a nonlinear joint and a drifting stiffness cannot be simulated '
                          'together; give one of them')

@@ -1,6 +1,6 @@
 """A wheel changes its speed during the record."""
 from ssi_ros.effects.base import Effect, effect, ModalPattern, Site
-from ssi_ros.effects.edits import add_part, held_amplitude, input_name
+from ssi_ros.effects.edits import add_part, input_name
 from ssi_ros.model.disturbances import Chirp
 from ssi_ros.quantity import quantity
 
@@ -33,7 +33,5 @@ class WheelSpeedSweep(Effect):
     def apply(self, setup):
         """Return the setup with the chirp among its excitation."""
         drives = input_name(setup.system, self.drives)
-        amplitude = held_amplitude(setup.system, drives, self.torque_n_m, self.start_hz,
-                                   self.end_hz)
-        return add_part(setup, Chirp(drives, amplitude, self.start_hz, self.end_hz,
-                                     setup.duration_s, name=self.name))
+        return add_part(setup, Chirp(drives, self.torque_n_m, self.start_hz, self.end_hz,
+                                     setup.duration_s, name=self.name, held=False))

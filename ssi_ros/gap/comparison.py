@@ -10,6 +10,8 @@ from typing import Any, Protocol
 
 import numpy as np
 
+LEAST_CHANCE = 1e-300   # p-values below are beyond what a number can say
+
 
 @dataclass(frozen=True, eq=False)
 class Detection:
@@ -37,7 +39,7 @@ class Detection:
 
         Sellke, Bayarri and Berger, The American Statistician 55, 2001; 0 where it speaks for none.
         """
-        log_p = float(np.log(max(self.p_value, 1e-300)))
+        log_p = float(np.log(max(self.p_value, LEAST_CHANCE)))
         return -log_p - 1.0 - float(np.log(-log_p)) if log_p < -1.0 else 0.0
 
 

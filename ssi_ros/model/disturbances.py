@@ -2,7 +2,8 @@
 Excitation at set times and frequencies: sine, chirp, pulses, thermal snaps, M-sequence.
 
 Parts as in `excitation.py`; eq. (28) of docs/theory.md. Every one acts on one input, and its
-value is held over a sample like all inputs.
+value is held over a sample like all inputs, except where the torque of a machine says
+`held=False`.
 """
 from dataclasses import dataclass
 import math
@@ -39,6 +40,18 @@ class Sine(_OneInput):
     frequency_hz: float
     phase_rad: float = 0.0
     name: str = 'sine'
+    held: bool = True
+
+    @property
+    def band_hz(self):
+        """Lowest and highest frequency."""
+        return self.frequency_hz, self.frequency_hz
+
+    def wave(self, steps, rate_hz):
+        """Return a exp(j phase) and d phase / dt [rad/s] at sample numbers, (n,) each."""
+        omega = 2 * math.pi * self.frequency_hz
+        phase = omega * steps / rate_hz + self.phase_rad
+        return self.amplitude * np.exp(1j * phase), np.full(len(steps), omega)
 
     def at(self, steps, rate_hz):
         """Return the values at sample numbers."""
@@ -62,13 +75,25 @@ class Chirp(_OneInput):
     end_hz: float
     duration_s: float
     name: str = 'chirp'
+    held: bool = True
 
-    def at(self, steps, rate_hz):
-        """Return the values at sample numbers."""
+    @property
+    def band_hz(self):
+        """Lowest and highest frequency."""
+        return tuple(sorted((self.start_hz, self.end_hz)))
+
+    def wave(self, steps, rate_hz):
+        """Return a exp(j phase) and d phase / dt [rad/s] at sample numbers, (n,) each."""
         t = steps / rate_hz
         slope = (self.end_hz - self.start_hz) / self.duration_s
         phase = 2 * math.pi * (self.start_hz * t + slope * t ** 2 / 2)
-        return self.amplitude * np.sin(phase) * (t < self.duration_s)
+        # over the sample that begins at t, at its middle
+        omega = 2 * math.pi * (self.start_hz + slope * (t + 0.5 / rate_hz))
+        return self.amplitude * np.exp(1j * phase) * (t < self.duration_s), omega
+
+    def at(self, steps, rate_hz):
+        """Return the values at sample numbers."""
+        return self.wave(steps, rate_hz)[0].imag
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from scipy.signal import lfilter
 
 from ssi_ros.model.excitation import (
     begin_all, colour_of, generator, has_colour, total_covariance)
+from ssi_ros.model.machines import is_machine, Machine
 from ssi_ros.model.system import natural_modes
 from ssi_ros.records import Samples
 
@@ -125,13 +126,18 @@ def check_rate(system, rate_hz):
 
 def _blocks(system, sampled, parts, seed, count, at_rest, start_ns):
     rate_hz, first = sampled.rate_hz, 0
+    machines = [Machine(p, system.state_space, system.inputs, rate_hz)
+                for p in parts if is_machine(p)]
+    parts = [p for p in parts if not is_machine(p)]
     forces = begin_all(parts, rate_hz, system.inputs, seed)
     stages = [s.begin(rate_hz, generator(seed, s.name)) for s in system.chain]
     z = np.zeros(len(sampled.poles), complex)
     if not at_rest:
-        z = stationary_start(sampled, parts, system.inputs, seed)
+        z = sum((m.state for m in machines),
+                stationary_start(sampled, parts, system.inputs, seed))
     while True:
-        values, z = propagate(sampled, forces(first, count), z)
+        values, z = propagate(sampled, forces(first, count), z,
+                              [m.at(first, count) for m in machines])
         for stage in stages:
             values = stage(values)
         yield Samples(values, rate_hz, system.channels,
@@ -179,7 +185,7 @@ def _steady(sampled, amplitudes, omega):
     return (ahead - back) / 2j
 
 
-def propagate(sampled, forces, z):
+def propagate(sampled, forces, z, machines=()):
     """
     Run the recurrence z(k+1) = poles z(k) + b u(k) over a block, eq. (21).
 
@@ -191,6 +197,8 @@ def propagate(sampled, forces, z):
         Inputs u.
     z : ndarray, shape (states,), complex
         Modal state at the first sample.
+    machines : sequence of (ndarray, ndarray)
+        What others add to the modal states (states, n) and to the channels (n, l), `Machine.at`.
 
     Returns
     -------
@@ -206,10 +214,13 @@ def propagate(sampled, forces, z):
     drive = np.empty((len(z), len(forces)), complex)
     drive.real = sampled.b.real[:, live] @ driven.T
     drive.imag = sampled.b.imag[:, live] @ driven.T
+    for of_states, _ in machines:
+        drive += of_states
     states = np.empty((len(z), len(forces) + 1), complex)
     states[:, 0] = z
     for i, pole in enumerate(sampled.poles):
         states[i, 1:], _ = lfilter([1.0], [1.0, -pole], drive[i], zi=[pole * z[i]])
     c = sampled.c * sampled.weight
     values = (c.real @ states.real[:, :-1] - c.imag @ states.imag[:, :-1]).T
-    return values + driven @ sampled.d[:, live].T, states[:, -1]
+    values += driven @ sampled.d[:, live].T
+    return sum((direct for _, direct in machines), values), states[:, -1]

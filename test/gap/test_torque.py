@@ -156,7 +156,7 @@ def test_a_rate_below_1_hz_is_searched_too():
     slow = Reconstruction(0.4, rows, first, noise[:, 0], ones[:, 0], taper, noise[:, 1:], ones,
                           np.abs(noise[:, 1]) ** 2, noise[:, 1:], 1.0, np.zeros(rows, bool),
                           noise[:, 1:], np.broadcast_to(np.eye(2), (count, 2, 2)),
-                          np.zeros(count), ones[:, 0])
+                          np.zeros(count), noise[:, 0], ones[:, 0])
     assert detect_in_input(slow, (LINE, CHIRP, IMPULSES, MODULATION)) == ()
     assert anomalies(slow, ('a', 'b')) == ()
 
@@ -173,7 +173,7 @@ def test_the_size_of_a_sine_does_not_depend_on_how_gaps_are_filled(in_gap):
     count = len(spectrum)
     one = Reconstruction(
         rate_hz, rows, first, spectrum, np.ones(count), taper, *[None] * 2, None, None, 1.0,
-        missing, None, None, np.zeros(count), np.ones(count))
+        missing, None, None, np.zeros(count), spectrum, np.ones(count))
     found = detect_in_input(one, (LINE,))[0]
     # 0.03 is its standard deviation, (2 / 3200)^0.5
     assert found.parameters['torque_n_m'] == pytest.approx(amplitude, abs=0.06)

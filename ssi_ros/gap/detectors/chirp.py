@@ -21,11 +21,11 @@ LOUD = 40.0             # means of the power, at which a line is cut
 def detect_chirp(effect, reconstruction):
     """Detect the strongest linear chirp over the whole record."""
     one = reconstruction
-    unit = np.clip(np.where(one.missing, 0.0, one.series()), -CLIPPED, CLIPPED)
+    unit = np.clip(np.where(one.missing, 0.0, one.series(values=one.machine)), -CLIPPED, CLIPPED)
     unit[:one.inside.start], unit[one.inside.stop:] = 0.0, 0.0
     duration_s = one.rows / one.rate_hz
     frequencies = (one.first + np.arange(len(one.values))) / duration_s
-    gain = one.smooth_gain * np.sqrt(one.rows / (2 * len(one.values)))
+    gain = one.machine_gain * np.sqrt(one.rows / (2 * len(one.values)))
 
     def weight(start, rate):
         t = np.arange(one.rows) / one.rate_hz
@@ -108,7 +108,7 @@ def _amplitude(one, unit, start, rate):
     wave = np.exp(2j * np.pi * (start * t + rate * t ** 2 / 2))
     bins = slice(one.first, one.first + len(one.values))
     columns = np.column_stack([
-        one.series(values=one.smooth_gain * np.fft.rfft(one.taper * w)[bins])
+        one.series(values=one.machine_gain * np.fft.rfft(one.taper * w)[bins])
         for w in (wave.real, wave.imag)])[one.inside]
     columns = columns * ~one.missing[one.inside, None]
     found, *_ = np.linalg.lstsq(columns, unit[one.inside], rcond=None)

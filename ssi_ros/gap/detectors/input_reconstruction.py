@@ -44,7 +44,8 @@ class Reconstruction:
     spectrum: np.ndarray        # (k, l), Y
     inverse: np.ndarray         # (k, l, l), S^-1
     doubt: np.ndarray           # (k,), of the expected power, see `resonance_doubt`
-    smooth_gain: np.ndarray     # (k,), `gain` of an input that is not held over a sample
+    machine: np.ndarray         # (k,), `values` of an input that is not held over a sample,
+    machine_gain: np.ndarray    # (k,), and its `gain`
 
     def tapered(self, values):
         """Return the tapered time series of such a spectrum, shape (rows,)."""
@@ -86,13 +87,13 @@ class Sensitivity:
     channels: int
     frequencies_hz: np.ndarray  # (k,), of the bins
     gain: np.ndarray            # (k,), as of `Reconstruction`
-    smooth_gain: np.ndarray     # (k,), as well
+    machine_gain: np.ndarray    # (k,), as well
     taper: np.ndarray           # (rows,), as well
 
     def of_sine(self, amplitude, low_hz, high_hz):
         """Return d' of a sine that passes a band, or stays at one frequency."""
         at = np.interp(np.linspace(low_hz, high_hz, 200), self.frequencies_hz,
-                       self.smooth_gain ** 2)
+                       self.machine_gain ** 2)
         return amplitude * np.sqrt(at.mean() / 2) * np.sum(self.taper)
 
 
@@ -110,9 +111,9 @@ def reconstruct(simulator, fitted, samples, settings, missing=None, filters=None
         setup = simulator.setup(fitted.candidate, fitted.levels)
         frame = whole_frame(rows, setup.system.rate_hz, settings, EDGE_S)
         found = input_filter(simulator, setup, fitted.levels, frame)
-        filters[rows] = (frame, *found, np.linalg.cholesky(found[3]),
+        filters[rows] = (frame, *found, np.linalg.cholesky(found[2]),
                          resonance_doubt(simulator, setup, frame))
-    frame, row, gain, smooth, inverse, excited, root, doubt = filters[rows]
+    frame, (row, gain), (steady, steady_gain), inverse, excited, root, doubt = filters[rows]
     spectrum = spectra(samples, frame)[0]
     if simulator.late:
         spectrum = spectrum * lateness(simulator.late, frame.cycles).conj()
@@ -126,24 +127,24 @@ def reconstruct(simulator, fitted, samples, settings, missing=None, filters=None
     return Reconstruction(
         frame.rate_hz, frame.rows, frame.first, values, gain, frame.taper, rest / own, own, power,
         white, excited, np.zeros(frame.rows, bool) if missing is None else missing, spectrum,
-        inverse, doubt, smooth)
+        inverse, doubt, np.einsum('kj,kj->k', steady, spectrum) / steady_gain, steady_gain)
 
 
 def sensitivity(simulator, setup, levels, rows, settings):
     """Return the Sensitivity of a record of so many rows, of a setup at levels."""
     rate_hz = simulator.spacecraft.rate_hz
     frame = whole_frame(rows, rate_hz, settings, EDGE_S)
-    _, gain, smooth, *_ = input_filter(simulator, setup, levels, frame)
+    (_, gain), (_, steady_gain), *_ = input_filter(simulator, setup, levels, frame)
     return Sensitivity(rate_hz, rows, len(simulator.spacecraft.sensors), frame.frequencies_hz,
-                       gain, smooth, frame.taper)
+                       gain, steady_gain, frame.taper)
 
 
 def input_filter(simulator, setup, levels, frame):
     """
-    Return h^H S^-1 (k, l), sqrt(h^H S^-1 h) (k,) and S^-1 (k, l, l) of a frame of one segment.
+    Return h^H S^-1 (k, l) and sqrt(h^H S^-1 h) (k,), S^-1 (k, l, l), of a frame of one segment.
 
-    After the root comes that of an input that is not held over a sample, eq. (106a), and at the
-    end the share of the whitened power that the excitation makes.
+    First of an input held over each sample, then of one that is not, eq. (106a); at the end comes
+    the share of the whitened power that the excitation makes.
     """
     spectrum = simulator.on(frame).spectrum(setup)
     total = spectrum.at(levels)[0]
@@ -153,12 +154,12 @@ def input_filter(simulator, setup, levels, frame):
         total, driven = (s * late[:, :, None] * late[:, None, :].conj() for s in (total, driven))
     inverse = np.linalg.inv(total)
     excited = np.einsum('kij,kji->', inverse, driven).real / inverse[..., 0].size
-    held, smooth = (setup.system.transfer(frame.frequencies_hz, rate_hz, slice(1))[:, :, 0]
-                    for rate_hz in (setup.system.rate_hz, None))
-    row = np.einsum('ki,kij->kj', held.conj(), inverse)
-    gains = [np.sqrt(np.einsum('ki,kij,kj->k', h.conj(), inverse, h).real)
-             for h in (held, smooth)]
-    return row, *gains, inverse, float(excited)
+    rows = []
+    for rate_hz in (setup.system.rate_hz, None):
+        h = setup.system.transfer(frame.frequencies_hz, rate_hz, slice(1))[:, :, 0]
+        row = np.einsum('ki,kij->kj', h.conj(), inverse)
+        rows.append((row, np.sqrt(np.einsum('kj,kj->k', row, h).real)))
+    return *rows, inverse, float(excited)
 
 
 def chance(power, cells):

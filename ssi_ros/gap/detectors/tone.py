@@ -16,9 +16,9 @@ def detect_tone(effect, reconstruction):
     """Detect the strongest sine of the input, eq. (106)."""
     one = reconstruction
     # a gap may be filled with a sine or without one
-    series = np.concatenate([np.where(one.missing, 0.0, one.tapered(one.values)),
+    series = np.concatenate([np.where(one.missing, 0.0, one.tapered(one.machine)),
                              np.zeros(one.rows)])
-    last = one.first + len(one.values)
+    last = one.first + len(one.machine)
     # twice as many bins: a sine between two of them keeps 90 % of its power
     fine = np.fft.rfft(series)[2 * one.first:2 * last - 1]
     power = np.abs(fine) ** 2
@@ -28,13 +28,13 @@ def detect_tone(effect, reconstruction):
     rare = discounted(power, np.interp(np.arange(len(power)) / 2, np.arange(len(one.doubt)),
                                        one.doubt))
     best = int(np.argmax(rare))
-    trials = BETWEEN * len(one.values)
+    trials = BETWEEN * len(one.machine)
     p_value = chance(rare[best], trials)
     if p_value > LIMITS.p_value.value:
         return None
     shift, top = _parabola(power, best)
     frequency = (best + shift) / 2 + one.first
-    gain = np.interp(frequency, np.arange(one.first, last), one.smooth_gain)
+    gain = np.interp(frequency, np.arange(one.first, last), one.machine_gain)
     height = np.sqrt(scale * max(top - 1.0, 0.0))
     amplitude = 2 * height / gain / np.sum(one.taper[~one.missing])
     frequency_hz = frequency * one.rate_hz / one.rows

@@ -5,7 +5,7 @@ import numpy as np
 
 from ssi_ros.effects import effect_class
 from ssi_ros.effects.base import is_log
-from ssi_ros.gap.comparison import Fit, Residual, ScoreTest
+from ssi_ros.gap.comparison import Fit, LEAST_CHANCE, Residual, ScoreTest
 from ssi_ros.gap.detectors.thresholds import LIMITS as DETECTION
 from ssi_ros.gap.diagnosis import Value
 from ssi_ros.open_set.families import FAMILIES, joined
@@ -68,13 +68,16 @@ def _of_detection(effect, detections):
     return effect
 
 
-def beyond_spectrum(effect, odds, shown):
+def beyond_spectrum(effect, detection, shown):
     """
     Return what a detection adds to the log likelihood that the spectrum shows of its effect.
 
     A line has been searched at many frequencies. Its detection has paid for them, while no fit
     moves its numbers: so its odds count, not what the spectrum shows at the best of all places.
     """
+    odds = detection.log_odds
+    if detection.p_value < LEAST_CHANCE:    # the odds are larger
+        odds = max(odds, shown - np.log(detection.trials))
     return max(odds - shown, 0.0) if effect.spectral else odds - shown
 
 

@@ -261,12 +261,12 @@ class ModelComparison(Comparison):
 
     def bonus(self, fit, detections):
         """Return the log odds of detections beyond what the spectrum has of them already."""
-        total, odds = 0.0, {d.effect: d.log_odds for d in detections}
+        total, seen = 0.0, {d.effect: d for d in detections}
         for e in fit.candidate.effects:
-            if e.name in odds:
+            if e.name in seen:
                 alone = self.fit(Candidate((e,)), self.null, thorough=False)
                 shown = alone.log_likelihood - self.null.log_likelihood if alone else 0.0
-                total += answer.beyond_spectrum(e, odds[e.name], max(shown, 0.0))
+                total += answer.beyond_spectrum(e, seen[e.name], max(shown, 0.0))
         return total + explained_below_band(lambda: self.whole(fit, self.record.samples),
                                             fit.candidate.names, self.settings, detections)
 

@@ -5,7 +5,7 @@ from functools import lru_cache
 import numpy as np
 
 from ssi_ros.effects.base import lateness
-from ssi_ros.effects.edits import scale_stiffness
+from ssi_ros.effects.edits import scale_stiffness, with_held_inputs
 from ssi_ros.effects.statistical_linearisation import LinearisationResidual, linearise
 from ssi_ros.model.disturbances import Chirp, Nutation, Sine
 from ssi_ros.model.excitation import Coloured, layers, source, White
@@ -50,6 +50,8 @@ def expected(setup, frame, jitter_noise=None, one=None):
     in place of `steady`. Source: Sykulski et al., Biometrika 106(2), 2019 (debiased Whittle).
     """
     one = one or steady
+    # as `simulate_setup` does
+    setup = with_held_inputs(setup) if setup.laws or setup.drift else setup
     if not setup.drift:
         return one(setup, frame, jitter_noise)
     arrays = [a.name for a in setup.spacecraft.arrays]
@@ -225,16 +227,16 @@ def transform(autocovariance, overlap, frame):
 
 def _line(part, sampled, system, frame):
     """Return the periodogram of a sine or a chirp of unknown phase, ([parts,] k, l, l)."""
-    where = system.inputs.index(part.input)
-    phase = 2j * np.pi / frame.rows * np.arange(frame.first, frame.last)
-    n = np.arange(frame.rows)
-    if isinstance(part, Sine):
-        turn = 2j * np.pi * part.frequency_hz / sampled.rate_hz
-        response = sampled.response(np.exp([turn]))[0][:, where] * part.amplitude / 2
-        window = np.abs(np.fft.fft(frame.taper * np.exp(turn * n))) ** 2
+    where, sine, n = system.inputs.index(part.input), isinstance(part, Sine), np.arange(frame.rows)
+    turns = 2j * np.pi * (np.array([part.frequency_hz / sampled.rate_hz]) if sine else
+                          np.arange(frame.first, frame.last) / frame.rows)
+    response = (sampled.response(np.exp(turns), [where]) if part.held else
+                system.state_space.response(turns * sampled.rate_hz, [where]))[:, :, 0]
+    if sine:
+        response = response[0] * part.amplitude / 2
+        window = np.abs(np.fft.fft(frame.taper * np.exp(turns * n))) ** 2
         return (window[frame.first:frame.last, None, None]
                 * np.outer(response, response.conj())[None])
-    response = sampled.response(np.exp(phase))[:, :, where]
     drive = part.at(np.reshape(frame.begins, (-1, 1)) + n, sampled.rate_hz)
     drive = np.fft.fft(drive * frame.taper, axis=1)
     power = frame.mean_of_parts(np.abs(drive[:, frame.first:frame.last]) ** 2)

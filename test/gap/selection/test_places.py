@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from ssi_ros.effects import parse_effect
 from ssi_ros.gap.candidate import Candidate
+from ssi_ros.gap.comparison import Detection
 from ssi_ros.gap.nominal.model_answer import beyond_spectrum, parameters
 from ssi_ros.gap.selection.evidence import Ranked
 from ssi_ros.gap.selection.search import Search
@@ -53,8 +54,18 @@ def test_a_line_counts_as_its_search_says():
     """The search has paid for its frequency; what a fit moves pays by its prior."""
     line = parse_effect('harmonic_disturbance:frequency_hz=3,torque_n_m=0.1')
     drift = parse_effect('sensor_drift:channel=e1_a,rms_m_s2=1e-4,time_constant_s=10')
-    assert [beyond_spectrum(e, 2.0, 6.0) for e in (line, drift)] == [-4.0, 0.0]
-    assert [beyond_spectrum(e, 6.0, 2.0) for e in (line, drift)] == [4.0, 4.0]
+    weak, strong = (SimpleNamespace(p_value=0.01, log_odds=odds) for odds in (2.0, 6.0))
+    assert [beyond_spectrum(e, weak, 6.0) for e in (line, drift)] == [-4.0, 0.0]
+    assert [beyond_spectrum(e, strong, 2.0) for e in (line, drift)] == [4.0, 4.0]
+
+
+def test_a_line_of_which_no_number_says_how_rare_it_is_counts_by_its_spectrum():
+    """Its odds end at exp(682); beside slosh that explained 1043 they were all that it had."""
+    line = parse_effect('harmonic_disturbance:frequency_hz=3,torque_n_m=0.1')
+    found = Detection.of_effect(line, 0.0, '', trials=1000)
+    assert found.log_odds == pytest.approx(682, abs=2)
+    assert beyond_spectrum(line, found, 1092.0) == pytest.approx(-np.log(1000))
+    assert beyond_spectrum(line, found, 100.0) == pytest.approx(found.log_odds - 100.0)
 
 
 def test_the_interval_holds_the_other_sign():
