@@ -17,6 +17,7 @@ from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.gap.spectra.expected_periodogram import expected
 from ssi_ros.gap.spectra.segmentation import make_frame, periodograms, spectra
 from ssi_ros.model import load_spacecraft
+from ssi_ros.records import Samples
 from ssi_ros.updating.model_uncertainty import model_uncertainty
 
 SETTINGS = DiagnosisSettings()
@@ -199,3 +200,24 @@ def test_jitter_is_told_from_the_motion_that_was():
     # of six, 1.8 is passed once in 400; taken from the mean motion they err by 0.9 %
     assert np.sqrt(np.mean(np.square(errors))) < 1.8 * np.mean(told)
     assert np.mean(told) < 0.004
+
+
+def test_jitter_of_a_scan_that_begins_with_another_channel():
+    """Rows pair each channel with the nearest instant, jitter those of one scan."""
+    craft, jitter = load_spacecraft(), library()['timestamp_jitter'](rms_s=3e-3)
+    in_scan = np.array([0.62, 0.56, 0.0, 0.36])         # the scan begins with the third channel
+    setup = replace(inject(craft, [jitter], 300.0), late=tuple(in_scan))
+    values = simulate_setup(setup, 4).values
+    # as they are paired beside the first channel: the third one of the next scan is nearer
+    late = in_scan - in_scan[0]
+    values = np.column_stack([values[:-1, :2], values[1:, 2:3], values[:-1, 3:]])
+    late = tuple(np.where(late < -0.5, late + 1, late))
+    samples = Samples(values, 100.0, setup.system.channels, late=late)
+    frame = make_frame(len(values), 100.0, SETTINGS)
+    simulator = Simulator(craft, frame, 300.0, late=late)
+    evidence = Evidence(frame, spectra(samples, frame), tuple(range(frame.segments)))
+    found = fit(simulator, evidence, Candidate((jitter,)))
+    estimate, std = found.candidate.effects[0].rms_s, np.sqrt(found.covariance[0, 0])
+    assert estimate == pytest.approx(3e-3, rel=3 * std)     # of its logarithm
+    side = simulator.with_motion_of(evidence, found.candidate, found.levels)
+    assert np.argmin(side.jitter_noise.scan) == 2

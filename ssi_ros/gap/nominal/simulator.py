@@ -5,9 +5,9 @@ import numpy as np
 
 from ssi_ros.effects import inject
 from ssi_ros.gap.inference.thresholds import LIMITS
-from ssi_ros.gap.inference.whittle import Evidence
+from ssi_ros.gap.inference.whittle import Evidence, whiten
 from ssi_ros.gap.spectra.expected_periodogram import expected
-from ssi_ros.gap.spectra.jitter_noise import jitter_noise_of
+from ssi_ros.gap.spectra.jitter_noise import jitter_noise_of, scans_of
 from ssi_ros.gap.spectra.segmentation import spectra
 from ssi_ros.model.excitation import source, White
 
@@ -84,10 +84,13 @@ class Simulator:
             setup = self.setup(candidate, levels)
             if not setup.jitter_rms_s:
                 return self
-            noise = jitter_noise_of(self, setup, levels, evidence)
+            levels = np.ones(len(self.spectrum(setup).names)) if levels is None else levels
+            sides = [self.but(jitter_noise=jitter_noise_of(self, setup, levels, evidence, scan))
+                     for scan in scans_of(self.late)]
+            return sides[0] if len(sides) < 2 else max(sides, key=lambda side: whiten(
+                side.spectrum(setup).at(levels), evidence).likelihood)
         except IMPOSSIBLE:
             return self
-        return self.but(jitter_noise=noise)
 
     def setup(self, candidate, levels=None, near=None):
         """Return the setup of a candidate beside what is present, its hinges excited at levels."""

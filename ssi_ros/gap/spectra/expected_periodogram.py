@@ -4,8 +4,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from ssi_ros.effects.base import lateness
 from ssi_ros.effects.edits import scale_stiffness, with_held_inputs
+from ssi_ros.effects.sampling_instants import SamplingInstants
 from ssi_ros.effects.statistical_linearisation import LinearisationResidual, linearise
 from ssi_ros.model.disturbances import Chirp, Nutation, Sine
 from ssi_ros.model.excitation import Coloured, layers, source, White
@@ -80,7 +80,7 @@ def steady(setup, frame, jitter_noise):
     count = len(system.channels)
     names, shares = [], []
     fixed = np.zeros((1, frame.last - frame.first, count, count), complex)
-    sampling = _Sampling(setup, frame, jitter_noise)
+    sampling = SamplingInstants(setup, frame, jitter_noise)
     for part in system.excitation:
         inner, colour, level = source(part), 1.0, None
         for layer in layers(part):
@@ -252,49 +252,3 @@ def _free(sampled, state, frame):
         shape = sampled.c[:, i] * sampled.weight[i] * state[i] / 2
         total = total + window[None, :, None, None] * np.outer(shape, shape.conj())
     return total
-
-
-class _Sampling:
-    """
-    Applies delays and jitter of the sampling instants to a spectrum, eq. (89).
-
-    What mixes channels does so before they are read, each at its own instant: the channels are
-    `late` after the sensor chain. The noise of jitter is of those instants: `at_once` before it.
-    """
-
-    def __init__(self, setup, frame, jitter_noise):
-        turn = 2 * np.pi * setup.system.rate_hz / frame.rows
-        omega = turn * np.arange(frame.first, frame.last)
-        self.phase = self.loss = self.turn = None
-        if setup.late:
-            late = lateness(setup.late, frame.cycles)
-            self.turn = late[:, :, None] * late[:, None, :].conj()
-        if any(setup.delays_s) or setup.corners_hz:
-            read = setup.reading(omega / (2 * np.pi))
-            self.phase = read[:, :, None] * read[:, None, :].conj()
-        if setup.jitter_rms_s:
-            self.loss = np.exp(-(omega * setup.jitter_rms_s) ** 2)[:, None, None]
-            self.share = 2.0 / frame.rows
-        self.jitter_noise, self.noise = jitter_noise, 0.0
-
-    def __call__(self, spectrum, part):
-        if self.phase is not None:
-            spectrum = spectrum * self.phase
-        if self.loss is not None:
-            # power that jitter takes comes back white, from the same instants on all channels
-            white = self.share * np.sum(((1 - self.loss) * self.late(spectrum)).real, axis=-3,
-                                        keepdims=True)
-            spectrum = spectrum * self.loss
-            if self.jitter_noise is None:
-                return spectrum + self.at_once(white)
-            # taken from the motion of the record: no level scales it
-            self.noise = self.noise + self.jitter_noise.of(part, white)
-        return spectrum
-
-    def late(self, spectrum):
-        """Return a spectrum of channels that are read at their own instants."""
-        return spectrum if self.turn is None else spectrum * self.turn
-
-    def at_once(self, spectrum):
-        """Return a spectrum that `late` makes what is given."""
-        return spectrum if self.turn is None else spectrum * self.turn.conj()
