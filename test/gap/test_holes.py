@@ -140,3 +140,14 @@ def test_gaps_of_a_short_record_are_no_line_and_no_drift():
             values[first:last] = np.nan
         found = diagnose(model, replace(short, values=values))
         assert found.outcome == 'WITHIN_FLOOR' and found.gap['p_value'] > 1e-3
+
+
+def test_a_record_far_from_its_model_is_filled_as_well():
+    """A drift of a hundred times the motion: levels of filled samples ran away to 1e25."""
+    samples, simulator = record(120.0, [parse_effect(
+        'sensor_drift:channel=e2_a,rms_m_s2=3,time_constant_s=7')])
+    values = samples.values.copy()
+    values[3000:3150] = np.nan
+    samples, limits = without_clipped(replace(samples, values=values), ())
+    whole, levels = completed(simulator, samples, limits, SETTINGS)[1::2]
+    assert np.isfinite(whole.values).all() and np.isfinite(levels).all()

@@ -24,6 +24,7 @@ ROUNDS = 5              # of filling and fitting the level, at most
 SETTLINGS = 16.0        # in a period: what lasts would end with it, and leak into all bins
 LEAST_NOISE = 1e-6      # of a channel, over the noise of the loudest
 LEAST_SHARE = 0.1       # by which fitted levels follow those of filled samples, at least
+LONGEST = 5.0           # step of the logarithm of a level that it comes to
 OFFSETS = 3             # rounds of filling long gaps and taking the offset
 SEED = 41
 
@@ -87,7 +88,7 @@ def completed(simulator, samples, limits, settings, levels=None):
         share = np.mean(~lost[~np.isnan(whole.values).any(axis=1)])
         if i:
             share = np.clip((before - found) / np.where(moved, moved, 1.0), LEAST_SHARE, 1.0)
-        moved = found / share
+        moved = np.clip(found / share, -LONGEST, LONGEST)
         level = level * np.exp(moved)
         bias = 0.0 if np.isnan(whole.values).any() else whole.values.mean(axis=0)
         samples, limits = replace(samples, values=samples.values - bias), limits - bias
