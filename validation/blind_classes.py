@@ -1,11 +1,13 @@
 """
-Score withheld single effects by classes that are judged at one size.
+Score withheld single effects by classes whose rivals are of the size that comes nearest.
 
     python -m validation.blind_classes NAME ...
 
 Up to the fifteenth campaign the change of a rival was taken at d' = 5, whatever the size of the
-effect. The labels stay as they were sealed; this judges again, by the generator alone, whether an
-effect that was named counts as one with the true one.
+effect; up to the twentieth a rival was as large as the effect, not of the size that comes nearest,
+and a linear hinge was compared by its whole spectrum with what simulations show of a nonlinear one.
+The labels stay as they were sealed; this judges again, by the generator alone, whether an effect
+that was named counts as one with the true one.
 """
 import argparse
 
@@ -43,7 +45,7 @@ def main(names):
         for least in SMALLEST:
             some = [r for r in rows if r[0] >= least]
             print(f"{name}, d' >= {least:g}:", sum(r[1] for r in some), 'of', len(some),
-                  'as sealed,', sum(r[2] for r in some), 'with classes at one size')
+                  'as sealed,', sum(r[2] for r in some), 'with rivals that come nearest')
 
 
 if __name__ == '__main__':

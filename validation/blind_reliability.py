@@ -3,7 +3,9 @@ Draw how often answers of blind campaigns are right, by the probability that the
 
     python -m validation.blind_reliability ninth tenth
 
-The names are those of campaigns in docs/validation/blind. Intervals are those of 95 %.
+The names are those of campaigns in docs/validation/blind. Intervals are those of 95 %. The mean
+deviation of the bins is printed beside what answers would have that are right exactly as often as
+they say, by chance (median and 90 % interval): no count of answers has zero.
 """
 import argparse
 import json
@@ -12,6 +14,26 @@ import numpy as np
 
 from validation.gap_figures import interval
 from validation.report import figure, ROOT
+
+DRAWS = 10000
+
+
+def reliability(name):
+    """Return the mean probability, share right and number of answers of each bin of a campaign."""
+    path = ROOT / 'docs' / 'validation' / 'blind' / f'{name}_scores.json'
+    bins = [b for b in json.loads(path.read_text())['reliability'] if b['total']]
+    return tuple(np.array([b[k] for b in bins]) for k in ('mean', 'right', 'total'))
+
+
+def deviation(stated, right, count):
+    """Return the mean |probability - share right| over answers in bins, the last axis."""
+    return np.sum(np.abs(stated - right) * count, axis=-1) / count.sum()
+
+
+def by_chance(stated, count):
+    """Return median and 90 % interval of the deviation of answers as often right as they say."""
+    right = np.random.default_rng(0).binomial(count, stated, (DRAWS, len(count))) / count
+    return np.quantile(deviation(stated, right, count), [0.5, 0.05, 0.95])
 
 
 def main():
@@ -23,11 +45,9 @@ def main():
     axes = shape.subplots()
     axes.plot([0, 1], [0, 1], color='0.7', linewidth=1)
     for i, name in enumerate(names):
-        scores = json.loads((
-            ROOT / 'docs' / 'validation' / 'blind' / f'{name}_scores.json').read_text())
-        bins = [b for b in scores['reliability'] if b['total']]
-        stated, right, count = (np.array([b[k] for b in bins])
-                                for k in ('mean', 'right', 'total'))
+        stated, right, count = reliability(name)
+        print(f'{name}: calibration error {deviation(stated, right, count):.3f}, of answers as '
+              'often right as they say {:.3f} [{:.3f}, {:.3f}]'.format(*by_chance(stated, count)))
         low, high = np.array([interval(round(r * n), n) for r, n in zip(right, count)]).T
         axes.errorbar(stated, right, [right - low, high - right], fmt='none', ecolor=f'C{i}',
                       alpha=0.35)

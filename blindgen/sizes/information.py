@@ -238,3 +238,7 @@ class Knowledge:
         """Return the change whose scores on the unknowns' vectors are given (p,)."""
         v, f = self.record.v, self.record.fisher
         return np.linalg.lstsq(f, shifts, rcond=1e-10)[0] @ v
+
+    def seen(self, u):
+        """Return what of a change the unknowns' vectors show, as of simulations."""
+        return self.from_scores(self.record.v @ u)

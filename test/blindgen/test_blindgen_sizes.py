@@ -180,6 +180,16 @@ def test_classes_are_of_what_cannot_be_separated(knowledge, sized):
     assert rivals(knowledge, 'dropped_samples', {'fraction': 0.01}, 5.0) == {}
 
 
+@pytest.mark.slow
+def test_a_rival_is_compared_at_the_size_that_comes_nearest(knowledge):
+    """A hinge with a weak cubic spring is a linear hinge, of another stiffness."""
+    law, record = EFFECTS['cubic_stiffness'], knowledge.record
+    v = law.draw(np.random.default_rng(1), record.scenario.craft, record.duration_s)
+    parameters, sizes = size_for(knowledge, law.name, {**v, 'ratio': 0.3}, 10.0)
+    found = rivals(knowledge, law.name, parameters, sizes['alone'])
+    assert 'hinge_compliance' in same(found) and 'array_asymmetry' not in same(found)
+
+
 def test_an_unknown_name_is_refused(knowledge):
     """The message lists what is known."""
     with pytest.raises(ValueError, match="'moon' is not known; known are added_mass"):
