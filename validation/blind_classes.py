@@ -4,8 +4,8 @@ Score withheld single effects by classes whose rivals are of the size that comes
     python -m validation.blind_classes NAME ...
 
 Up to the fifteenth campaign the change of a rival was taken at d' = 5, whatever the size of the
-effect; up to the twentieth a rival was as large as the effect, not of the size that comes nearest,
-and a linear hinge was compared by its whole spectrum with what simulations show of a nonlinear one.
+effect. Up to the twentieth a rival was as large as the effect, not of the size that comes nearest,
+and a linear hinge was compared by its whole spectrum with what simulations show of another one.
 The labels stay as they were sealed; this judges again, by the generator alone, whether an effect
 that was named counts as one with the true one.
 """
