@@ -1,8 +1,10 @@
 """Slow noise of one channel, which no piece of a minute shows, and what is not it."""
 from gap_records import look
+import numpy as np
 import pytest
 from ssi_ros.effects import parse_effect
 from ssi_ros.gap.detectors import detect_in_spectrum
+from ssi_ros.gap.detectors.low_frequency_noise import noisiest
 
 
 def slow(*fitted):
@@ -34,3 +36,11 @@ def test_a_nutation_is_no_slow_noise():
     text = 'gyroscopic_coupling:momentum_n_m_s=51.5'
     for seed in range(4):
         assert look(slow, 600.0, [text], seed, (parse_effect(text),)) == ()
+
+
+def test_noise_is_of_the_channel_that_has_most_of_it():
+    """Log likelihoods of a channel with noise of 0.2 Hz, and of one that it is predicted by."""
+    own = np.array([[900.0, 1034.0]]), 973.0, [1.0], 'e1_a'
+    other = np.array([[500.0, 566.0]]), 500.0, [1.0], 'e2_b'
+    gains, _, channel = noisiest([other, own])
+    assert channel == 'e1_a' and gains.max() == 61.0

@@ -25,11 +25,10 @@ FASTEST_S = 0.2         # shortest time constant of the grid
 
 @detects('sensor_drift', of='spectrum')
 def detect_low_frequency_noise(effect, simulator, fitted, samples, settings):
-    """Detect slow first-order noise on the channel where it is most likely."""
+    """Detect slow first-order noise on the channel where noise of any kind is most likely."""
     duration_s = len(samples.values) / samples.rate_hz
     times = np.geomspace(FASTEST_S, duration_s, TIMES)
-    best = max(_grids(simulator, fitted, samples, settings, times), key=lambda g: g[0].max())
-    gains, powers, channel = best
+    gains, powers, channel = noisiest(_grids(simulator, fitted, samples, settings, times))
     trials = LIMITS.drift_trials.value * len(samples.channels)
     p_value = min(1.0, trials * chi2.sf(2 * max(gains.max(), 0.0), 1) / 2)
     if p_value > LIMITS.p_value.value:
@@ -45,8 +44,24 @@ def detect_low_frequency_noise(effect, simulator, fitted, samples, settings):
         trials=round(trials))
 
 
+def noisiest(grids):
+    """
+    Return the log likelihoods of slow noise over white noise, (sizes, times), where most noise is.
+
+    What the others do not predict of a channel holds noise of theirs as well, in another colour:
+    the channel is that of most noise, slow or white, whose slowness is asked for then.
+    """
+    gains, white, powers, channel = max(grids, key=lambda g: max(g[0].max(), g[1]))
+    return gains - white, powers, channel
+
+
 def _grids(simulator, fitted, samples, settings, times):
-    """Yield log likelihoods (sizes, times), powers of the sizes [(m/s^2)^2] and every channel."""
+    """
+    Yield log likelihoods of slow noise and white noise in every channel, powers and the channel.
+
+    They are those of sizes and times, (sizes, times), and of the best size; powers of the sizes
+    are in (m/s^2)^2.
+    """
     rows, rate_hz = samples.values.shape[0], samples.rate_hz
     frame = replace(
         whole_frame(rows, rate_hz, settings, TAPER_SHARE * rows / rate_hz),
@@ -68,9 +83,8 @@ def _grids(simulator, fitted, samples, settings, times):
         powers = sizes / np.max(shape.max(axis=0) * own[:, i])
         extra = powers[:, None, None] * shape * own[:, i]       # size, time, bin
         ratio = np.abs(filtered[:, i]) ** 2 / own[:, i]
-        # more noise of all frequencies is not slow noise
         white = sizes[:, None] * own[:, i] / np.max(own[:, i])
-        yield (_gain(extra, ratio, frame) - _gain(white, ratio, frame).max(initial=0.0), powers,
+        yield (_gain(extra, ratio, frame), _gain(white, ratio, frame).max(initial=0.0), powers,
                channel)
 
 

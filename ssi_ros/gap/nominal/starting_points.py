@@ -49,9 +49,9 @@ def likely(every, count):
 
 
 def undetected(effects, residual):
-    """Return the effects that a Residual has no detection of, which is the better start."""
-    names = [d.effect for d in residual.detections]
-    return [e for e in effects if e.name not in names]
+    """Return the effects that a Residual has not detected there, which is the better start."""
+    detected = [d.basis.kind() for d in residual.detections]
+    return [e for e in effects if e.kind() not in detected]
 
 
 def promising(scores, count):
