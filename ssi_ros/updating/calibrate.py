@@ -22,6 +22,7 @@ from ssi_ros.model.spacecraft import Spacecraft
 from ssi_ros.model.uncertainty import EXACT
 from ssi_ros.updating.fit import ErrorFit, fit_errors
 from ssi_ros.updating.input_colour import with_colour, words
+from ssi_ros.updating.scatter import scatter
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,12 +140,13 @@ def calibrate(spacecraft, recordings, settings=DiagnosisSettings(), *, names=(),
             found = fit_errors(side, beside, errors, stds, settings, present=present,
                                before=found, recorded=recorded,
                                progress=lambda share: progress(0.2 + 0.4 * share))
-        scatter = _scatter(side, beside, found, settings, (present, recorded))
+        spread = _scatter(side, beside, found, settings, (present, recorded))
         notes += _words_of_forces(found)
         own, found = [found.of(i).values for i in range(len(whole))], _of_any_recording(found)
+        # the next recording differs from the mean, and the mean of so few from that of all
+        apart = spread ** 2 * (1 + 1 / len(whole))
         calibrated = replace(bare, calibration=Calibration(
-            errors, found.values, found.covariance + np.diag(scatter ** 2),
-            tuple(map(str, names))))
+            errors, found.values, found.covariance + np.diag(apart), tuple(map(str, names))))
         checks = []
         for i, samples in enumerate(whole):
             values = np.where(of_recording(errors), own[i], found.values)
@@ -158,7 +160,7 @@ def calibrate(spacecraft, recordings, settings=DiagnosisSettings(), *, names=(),
                           unexplained=unexplained)
     if isinstance(bare, Spacecraft):
         whole_model, notes = replace(whole_model, excitation=bare.excitation), notes + words(bare)
-    return Calibrated(replace(whole_model, calibration=calibration), found, scatter,
+    return Calibrated(replace(whole_model, calibration=calibration), found, spread,
                       tuple(checks), notes, tuple(
                           missing_of(r, [s.name for s in spacecraft.sensors])
                           for r in recordings))
@@ -251,7 +253,8 @@ def _scatter(spacecraft, recordings, found, settings, beside):
             for i, (r, inputs) in enumerate(zip(recordings, recorded))]
     spread = np.var([f.values for f in each], axis=0, ddof=1)
     chance = np.mean([np.diag(f.covariance) for f in each], axis=0)
-    return np.where(of_recording(found.names), 0.0, np.sqrt(np.maximum(spread - chance, 0.0)))
+    return np.where(of_recording(found.names), 0.0,
+                    scatter(found.names, spread, chance, len(recordings)))
 
 
 def _check(model, calibrated, samples, settings, beside):
