@@ -83,11 +83,12 @@ def spectrum(scenario, f, share=None):
     chain = sensor_chain(scenario, f)
     s = chain @ s @ _h(chain)
     if scenario.jitter_s:
-        # jitter of the instant adds white noise of the slope's power, taken from the signal
+        # jitter of the instant adds white noise of the slope's power, taken from the signal; a
+        # scan moves as a whole, so that this noise is as alike in two channels as their slopes
         slope = (2 * np.pi * f * scenario.jitter_s)**2
         lost = np.minimum(slope, 1.0)[:, None, None] * s
         share = np.full(len(f), 1 / len(f)) if share is None else share
-        s = s - lost + np.diag(np.einsum('k,kii->i', share, lost.real))
+        s = s - lost + np.einsum('k,kij->ij', share, lost.real)
     r = np.repeat(np.diag(noise_rms(scenario)**2 + scenario.step**2 / 12)[None], len(f), axis=0)
     for channel, size, constant in scenario.drifts:
         a = np.exp(-1 / (rate * constant))

@@ -8,6 +8,7 @@ from blindgen.physics.functions import draw_curve, draw_response, draw_static, s
 from blindgen.physics.record import simulate
 from blindgen.physics.scenario import Scenario
 from blindgen.physics.spacecraft import PUBLISHED
+from blindgen.physics.spectrum import spectrum
 import numpy as np
 import pytest
 
@@ -53,6 +54,20 @@ def test_every_effect_fits_a_spacecraft_that_was_drawn(seed, rng):
         v = effect.draw(rng, draft.truth, draft.duration_s)
         scenario = effect.apply(Scenario(draft.truth), effect.size(v, 3 * effect.low))
         assert np.all(np.isfinite(simulate(scenario, 1000 / draft.truth.rate_hz, 1)[0]))
+
+
+def test_jitter_is_of_a_scan():
+    """Its noise is as alike in two channels as their slopes: as predicted, so in a record."""
+    jitter_s, f = 1e-3, np.linspace(0.02, 49.9, 20000)
+    jittered = replace(NOMINAL, jitter_s=jitter_s)
+    noise = simulate(jittered, 60, 3)[0] - simulate(NOMINAL, 60, 3)[0]
+    plain, other = spectrum(NOMINAL, f)[0], spectrum(jittered, f)[0]
+    lost = ((2 * np.pi * f * jitter_s) ** 2)[:, None, None] * plain
+    predicted = (other - plain + lost)[1000].real
+    rms = np.sqrt(np.diag(predicted))
+    assert np.allclose(noise.std(axis=0), rms, rtol=0.05)
+    assert np.allclose(np.corrcoef(noise.T), predicted / np.outer(rms, rms), atol=0.15)
+    assert np.corrcoef(noise.T)[0, 1] < -0.3
 
 
 @pytest.mark.parametrize('name', FAMILIES)
