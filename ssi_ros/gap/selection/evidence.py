@@ -174,7 +174,7 @@ def posterior(ranked, null, residual, anomaly, effects, settings):
     """
     Return probabilities of n candidates (n,), of "none" and of "unknown", of sum 1, eq. (113b).
 
-    Unknown is also what another effect, below the detection limit, adds to a single one. Its odds
+    Unknown is also what another effect, below the detection limit, adds to those named. Its odds
     against the best candidate follow from the p-value of what that leaves, `residual`, and against
     none from that of anomalies. `effects` is the number of effects that were considered. No
     likelihood is certain to be right: in a share of all records the prior holds, eq. (113d); and
@@ -194,9 +194,9 @@ def posterior(ranked, null, residual, anomaly, effects, settings):
                         / settings.prior_unknown) + logs[-1] - logsumexp(logs[:-2])
         logs[:-2] += np.logaddexp(0.0, missed)
     weights = np.exp(logs - logs.max())
-    alone = [w for r, w in zip(ranked, weights) if len(r.names) == 1]
+    # one more effect is as probable beside two as beside one
     hidden = settings.prior_pair / settings.prior_single * LIMITS['undetected_share'].value
-    weights[-1] += hidden * sum(alone)
+    weights[-1] += hidden * weights[:-2].sum()
     before = np.append([np.exp(log_prior(r.names, settings, effects)) for r in ranked],
                        [settings.prior_none, settings.prior_unknown])
     doubt = LIMITS['doubt'].value
