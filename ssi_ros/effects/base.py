@@ -161,6 +161,8 @@ class Effect:
         Whether it acts over the whole record, and cannot be detected in a window of it.
     in_mean_spectrum : bool
         Whether the mean spectrum of a record shows it at all, whatever it shows of its quantities.
+    like_noise : bool
+        Whether it is noise of all channels, most of which a level of the sensors' noise takes up.
     below_band : bool
         Whether its detector works below the band that a fit uses, so that no fit accounts for it.
     may_vary : str
@@ -188,6 +190,7 @@ class Effect:
     gaussian = True
     whole_record = False
     in_mean_spectrum = True
+    like_noise = False
     below_band = False
     may_vary = ''
     needs = None

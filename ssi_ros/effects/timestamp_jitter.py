@@ -17,6 +17,7 @@ class TimestampJitter(Effect):
     starts = {'rms_s': (2e-4,)}
     follows = {'rms_s': 'sample'}
     power = 2.0
+    like_noise = True
     patterns = (ModalPattern.SAMPLING,)
 
     rms_s: float = quantity(0.0, unit='s', low=0.0, high=1.0, doc='rms of the error')

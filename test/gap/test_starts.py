@@ -13,7 +13,8 @@ from ssi_ros.gap.driver import diagnose
 from ssi_ros.gap.inference.model_fit import fit
 from ssi_ros.gap.inference.score_test import make_templates, promise, score
 from ssi_ros.gap.nominal.starting_points import (
-    at_size, beside_linear, extensions, promising, starting_points)
+    at_size, beside_linear, extensions, likely, promising, starting_points)
+from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.model import load_spacecraft
 from ssi_ros.model.uncertainty import EXACT
 from ssi_ros.updating.model_uncertainty import no_uncertainty
@@ -32,6 +33,16 @@ def test_the_best_template_sees_most_of_an_effect(text):
     _, cosine = promise(templates, simulator.expected(Candidate()), simulator.frame,
                         no_uncertainty(simulator.frame, 4))
     assert np.max(cosine[0, 1:]) > 0.75
+
+
+@pytest.mark.parametrize('noise, tried', [(1.5, []), (600.0, ['timestamp_jitter'])])
+def test_what_a_level_of_the_noise_has_taken_up_is_tried(noise, tried):
+    """Jitter of 38 deviations raised it to 600 times, around which no score speaks for jitter."""
+    effects = tuple(map(parse_effect, ('timestamp_jitter:rms_s=2e-4', 'hub_inertia:scale=1.1')))
+    silent = SimpleNamespace(effects=effects, gains=lambda: np.zeros(2))
+    found = likely((silent, silent), SimpleNamespace(levels=np.array([1.0, noise])),
+                   DiagnosisSettings())
+    assert [e.name for e in found] == tried
 
 
 def test_no_law_begins_at_a_hinge_that_is_as_good_as_none():

@@ -213,7 +213,7 @@ class ModelComparison(Comparison):
         found = [d.basis for d in residual.detections] + starts.of_lines(
             residual, self.effects, self.simulator.spacecraft)
         both = self._scores(self.null.state.without_errors, self.here), residual.score_test.state
-        likely = starts.undetected(starts.likely(both, self.settings.finalists), residual)
+        likely = starts.undetected(starts.likely(both, self.null, self.settings), residual)
         return tuple(Candidate((e,)) for e in starts.beside_linear(
             likely + found, lambda e: self.fit(Candidate((e,)), self.null, thorough=False)))
 

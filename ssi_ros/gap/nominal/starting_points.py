@@ -6,6 +6,7 @@ import numpy as np
 
 from ssi_ros.effects import effect_class, places
 from ssi_ros.gap.candidate import Candidate
+from ssi_ros.gap.inference.thresholds import LIMITS as LEVELS
 from ssi_ros.gap.selection.thresholds import SELECTION as LIMITS
 from ssi_ros.quantity import in_range, quantities
 
@@ -38,14 +39,20 @@ def of_lines(residual, names, spacecraft):
             for e in effect_class(name).of_line(spacecraft, at_hz)]
 
 
-def likely(every, count):
-    """Return the starts that Scores of the same templates speak for, the first ones first."""
+def likely(every, null, settings):
+    """
+    Return the starts that Scores of the same templates speak for, the first ones first.
+
+    Where the noise of the null fit is beyond a prior deviation, effects that it may have taken up
+    are tried as well: around such a level no score speaks for them.
+    """
     found = []
     for scores in every:
-        best = promising(scores, count)
+        best = promising(scores, settings.finalists)
         found += [e for e in best + elsewhere(scores, best)
                   if scores is every[0] or e.kind() not in [f.kind() for f in found]]
-    return found
+    raised = np.log(null.levels[-1]) > LEVELS.noise_std.value
+    return found + [e for e in every[0].effects if raised and e.like_noise and e not in found]
 
 
 def undetected(effects, residual):
