@@ -1,10 +1,10 @@
 """
 By how much the errors of a model differ from one healthy recording to the next, eq. (164a).
 
-Of two or three recordings the variance of one error says little: beyond chance it is as large as
-chance in a third of all cases where nothing differs. What a temperature or a mounting changes it
-changes in all modes, so errors of one kind share a variance (Paule and Mandel, J. Research NBS 87,
-1982), and one counts by its own where chance and that do not explain it.
+Of two or three recordings the variance of one error says little: it is twice that of chance in one
+of seven cases where nothing differs. What a temperature or a mounting changes it changes in all
+modes, so errors of one kind share a variance (Paule and Mandel, J. Research NBS 87, 1982), and one
+counts by its own where chance and that do not explain it.
 """
 import numpy as np
 from scipy.optimize import brentq
