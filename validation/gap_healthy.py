@@ -10,8 +10,6 @@ p-value that is right is below a with probability a.
 """
 import argparse
 from collections import defaultdict
-from dataclasses import replace
-from itertools import count
 
 import numpy as np
 
@@ -19,11 +17,9 @@ from ssi_ros.effects import applicable, inject, simulate_setup
 from ssi_ros.gap.inference.whittle import BLAS
 from ssi_ros.gap.nominal.model import ModelNominal
 from ssi_ros.gap.settings import DiagnosisSettings
-from ssi_ros.model import load_spacecraft
 from ssi_ros.open_set.families import FAMILIES
-from ssi_ros.updating.calibrate import calibrate
 from validation.gap_campaign import SECONDS
-from validation.gap_nominal import at_other_levels, crafts, uncertainty, wrong
+from validation.gap_nominal import at_other_levels, crafts, elsewhere
 from validation.report import table
 
 SHARES = 0.2, 0.05, 0.01, 0.001
@@ -41,26 +37,6 @@ def p_values(nominal, samples):
                                             if d.basis in FAMILIES}}
 
 
-def elsewhere(truth, apart, rng):
-    """Return a spacecraft whose clamped frequencies are all apart by a relative deviation."""
-    names, values = truth.calibration.names, truth.calibration.values
-    return truth.at_errors([v + apart * rng.standard_normal() * n.startswith('frequency')
-                            for n, v in zip(names, values)])
-
-
-def of_several(errors, first, recordings, apart):
-    """Yield number, truth and the model that several healthy records have calibrated."""
-    model = replace(load_spacecraft(), uncertainty=uncertainty(errors))
-    for number in count(first):
-        rng = np.random.default_rng([number, round(1e5 * errors)])
-        truth = wrong(model, rng)
-        healthy = [simulate_setup(inject(at_other_levels(elsewhere(truth, apart, rng), rng), (),
-                                         SECONDS), 70_000 + 1000 * k + number)
-                   for k in range(recordings)]
-        with BLAS.limit(limits=1):
-            yield number, truth, calibrate(model, healthy).spacecraft
-
-
 def main():
     """Read the command line, and print a table."""
     parser = argparse.ArgumentParser(description=__doc__.strip().splitlines()[0])
@@ -73,16 +49,13 @@ def main():
                         help='deviation of each frequency from recording to recording')
     args = parser.parse_args()
     found = defaultdict(list)
-    nominals = of_several(args.errors, args.first, args.recordings, args.apart) if (
-        args.recordings > 1) else ((n, truth, nominal) for n, _, truth, nominal, _ in crafts(
-            'calibrated', args.errors, args.first))
-    for number, truth, nominal in nominals:
+    for number, _, truth, nominal, _ in crafts('calibrated', args.errors, args.first,
+                                               args.recordings, args.apart):
         if number == args.first + args.crafts:
             break
         for k in range(args.records):
             rng = np.random.default_rng([number, 77, k])
-            recorded = at_other_levels(elsewhere(truth, args.apart, rng) if args.apart else truth,
-                                       rng)
+            recorded = at_other_levels(elsewhere(truth, args.apart, rng), rng)
             samples = simulate_setup(inject(recorded, (), SECONDS), 990_000 + 100 * number + k)
             for test, p in p_values(nominal, samples).items():
                 found[test].append(p)

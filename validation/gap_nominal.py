@@ -132,17 +132,31 @@ class WideOracle(Oracle):
                                errors_of(self.names, 1)), None, self.start, CLIMB)
 
 
-def crafts(kind, errors, first):
-    """Yield spacecraft that differ from the model: number, generator, truth, nominal, prior."""
+def elsewhere(truth, apart, rng):
+    """Return a spacecraft whose clamped frequencies are all apart by a relative deviation."""
+    if not apart:
+        return truth
+    names, values = truth.calibration.names, truth.calibration.values
+    return truth.at_errors([v + apart * rng.standard_normal() * n.startswith('frequency')
+                            for n, v in zip(names, values)])
+
+
+def crafts(kind, errors, first, recordings=1, apart=0.0):
+    """
+    Yield spacecraft that differ from the model: number, generator, truth, nominal, prior.
+
+    So many healthy recordings calibrate the nominal, each frequency apart from one to the next.
+    """
     model = replace(load_spacecraft(), uncertainty=uncertainty(errors))
     for number in range(first, 1_000_000):
         rng = np.random.default_rng([number, round(1e5 * errors)])
         truth = wrong(model, rng)
         if kind == 'calibrated':
-            healthy = simulate_setup(inject(at_other_levels(truth, rng), (), SECONDS),
-                                     70_000 + number)
+            healthy = [simulate_setup(
+                inject(at_other_levels(elsewhere(truth, apart, rng), rng), (), SECONDS),
+                70_000 + 1000 * k + number) for k in range(recordings)]
             with BLAS.limit(limits=1):
-                nominal = calibrate(model, [healthy]).spacecraft
+                nominal = calibrate(model, healthy).spacecraft
             prior = known_by_recordings(nominal.calibration)
         else:
             nominal, names = model, truth.calibration.names
