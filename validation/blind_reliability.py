@@ -12,16 +12,16 @@ import json
 
 import numpy as np
 
+from validation.blind_ties import FOLDER
 from validation.gap_figures import interval
-from validation.report import figure, ROOT
+from validation.report import figure
 
 DRAWS = 10000
 
 
 def reliability(name):
     """Return the mean probability, share right and number of answers of each bin of a campaign."""
-    path = ROOT / 'docs' / 'validation' / 'blind' / f'{name}_scores.json'
-    bins = [b for b in json.loads(path.read_text())['reliability'] if b['total']]
+    bins = json.loads((FOLDER / f'{name}_scores.json').read_text())['reliability']
     return tuple(np.array([b[k] for b in bins]) for k in ('mean', 'right', 'total'))
 
 

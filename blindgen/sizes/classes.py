@@ -45,16 +45,23 @@ def rivals(knowledge, name, parameters, alone, seed=0):
         return _fitted(knowledge, rival, changed(by_records), start, of[by_records])
 
     hinges, by_records = None, effect.predict == 'simulated'
+    u = changed(by_records).mean(axis=0)
+    cosine = knowledge.cosines_with(u)
+
+    def change(scenario):
+        """Return the change to a scenario, of which simulations show what the unknowns do."""
+        w = knowledge.record.change(scenario)
+        return knowledge.seen(w) if by_records else w
+
     for rival in EFFECTS.values():
         if not rival.library or rival.name == name or not rival.fits(craft):
             continue
         if rival.predict in SPECTRAL:
-            starts = [_closest(knowledge, rival, changed(by_records).mean(axis=0), rng,
-                               knowledge.seen if by_records else np.asarray)]
+            starts = [_closest(knowledge.record, rival, u, change, cosine, rng)]
         elif rival.predict == 'simulated' and effect.site == 'structure':
             hinges = hinges or _hinges(knowledge, near, alone)
-            starts = [(cosine, {**rival.draw(rng, craft, knowledge.record.duration_s), **v}, m)
-                      for cosine, v, m in hinges for _ in range(LAWS)]
+            starts = [(like, {**rival.draw(rng, craft, knowledge.record.duration_s), **v}, m)
+                      for like, v, m in hinges for _ in range(LAWS)]
         else:
             continue
         found = max((near(rival, start) for start in starts if start[0] >= NEARLY), default=0.0)
@@ -121,17 +128,16 @@ def _fitted(knowledge, rival, u, start, of):
     return np.sqrt(np.clip(1 - least / whole, 0.0, 1.0))
 
 
-def _closest(knowledge, rival, u, rng, seen):
+def _closest(record, rival, u, change, cosine, rng):
     """
     Return the cosine, numbers and size of a rival about as large, of the best place and draw.
 
-    `seen` makes of the change of a spectrum what simulations show of it.
+    `change(scenario)` is that to another scenario, `cosine(change)` that with the change u.
     """
-    craft, best, done = knowledge.record.scenario.craft, (0.0, None, None), {}
-    duration, m = knowledge.record.duration_s, np.sqrt(rival.low * rival.high)
-    cosine, trial = knowledge.cosines_with(u), float(np.sqrt(u @ u))
+    scenario, best, done = record.scenario, (0.0, None, None), {}
+    m, trial = np.sqrt(rival.low * rival.high), float(np.sqrt(u @ u))
     for _ in range(200):
-        v = rival.draw(rng, craft, duration)
+        v = rival.draw(rng, scenario.craft, record.duration_s)
         place = tuple(v.get(key) for key in ('source', 'channel', 'array', 'sign'))
         free = {'f', 'along', 'angle', 'tau'} & set(v)
         if done.get(place, 0) >= (DRAWS if free else 1):
@@ -142,8 +148,7 @@ def _closest(knowledge, rival, u, rng, seen):
         if v.get('sign') == -1.0 and _small(u):
             v['sign'] = 1.0
         for _ in range(ROUNDS):
-            w = seen(knowledge.record.change(rival.apply(knowledge.record.scenario,
-                                                         rival.size(v, m))))
+            w = change(rival.apply(scenario, rival.size(v, m)))
             size = np.sqrt(w @ w)
             if trial / NEAR < size < trial * NEAR:
                 break

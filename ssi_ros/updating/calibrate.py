@@ -22,7 +22,7 @@ from ssi_ros.model.spacecraft import Spacecraft
 from ssi_ros.model.uncertainty import EXACT
 from ssi_ros.updating.fit import ErrorFit, fit_errors
 from ssi_ros.updating.input_colour import with_colour, words
-from ssi_ros.updating.scatter import scatter
+from ssi_ros.updating.scatter import between_recordings
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,11 +140,11 @@ def calibrate(spacecraft, recordings, settings=DiagnosisSettings(), *, names=(),
             found = fit_errors(side, beside, errors, stds, settings, present=present,
                                before=found, recorded=recorded,
                                progress=lambda share: progress(0.2 + 0.4 * share))
-        spread = _scatter(side, beside, found, settings, (present, recorded))
+        scatter = _scatter(side, beside, found, settings, (present, recorded))
         notes += _words_of_forces(found)
         own, found = [found.of(i).values for i in range(len(whole))], _of_any_recording(found)
         # the next recording differs from the mean, and the mean of so few from that of all
-        apart = spread ** 2 * (1 + 1 / len(whole))
+        apart = scatter ** 2 * (1 + 1 / len(whole))
         calibrated = replace(bare, calibration=Calibration(
             errors, found.values, found.covariance + np.diag(apart), tuple(map(str, names))))
         checks = []
@@ -160,7 +160,7 @@ def calibrate(spacecraft, recordings, settings=DiagnosisSettings(), *, names=(),
                           unexplained=unexplained)
     if isinstance(bare, Spacecraft):
         whole_model, notes = replace(whole_model, excitation=bare.excitation), notes + words(bare)
-    return Calibrated(replace(whole_model, calibration=calibration), found, spread,
+    return Calibrated(replace(whole_model, calibration=calibration), found, scatter,
                       tuple(checks), notes, tuple(
                           missing_of(r, [s.name for s in spacecraft.sensors])
                           for r in recordings))
@@ -254,7 +254,7 @@ def _scatter(spacecraft, recordings, found, settings, beside):
     spread = np.var([f.values for f in each], axis=0, ddof=1)
     chance = np.mean([np.diag(f.covariance) for f in each], axis=0)
     return np.where(of_recording(found.names), 0.0,
-                    scatter(found.names, spread, chance, len(recordings)))
+                    between_recordings(found.names, spread, chance, len(recordings)))
 
 
 def _check(model, calibrated, samples, settings, beside):

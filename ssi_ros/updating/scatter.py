@@ -13,7 +13,7 @@ from scipy.stats import chi2
 OWN = 0.01              # chance of a variance so large, below which an error has one of its own
 
 
-def scatter(names, spread, chance, recordings):
+def between_recordings(names, spread, chance, recordings):
     """
     Return the standard deviation of errors from recording to recording, beyond chance.
 

@@ -2,7 +2,7 @@
 import numpy as np
 import pytest
 from scipy.stats import chi2
-from ssi_ros.updating.scatter import common_variance, scatter
+from ssi_ros.updating.scatter import between_recordings, common_variance
 
 NAMES = [f'frequency E{array} {mode}' for array in (1, 2) for mode in (1, 2, 3)]
 CHANCE = np.array([0.3, 0.06, 0.045] * 2) ** 2
@@ -14,7 +14,7 @@ def outside(apart, recordings, rng, repeats=400):
     for _ in range(repeats):
         fits = rng.standard_normal((recordings + 1, 6)) * np.sqrt(CHANCE + apart ** 2)
         past, following = fits[:-1], fits[-1]
-        found = scatter(NAMES, past.var(axis=0, ddof=1), CHANCE, recordings)
+        found = between_recordings(NAMES, past.var(axis=0, ddof=1), CHANCE, recordings)
         variance = CHANCE * (1 + 1 / recordings) + found ** 2 * (1 + 1 / recordings)
         off.append(np.sum((following - past.mean(axis=0)) ** 2 / variance))
     return np.mean(np.array(off) > chi2.isf(0.05, 6))
@@ -32,7 +32,7 @@ def test_one_loose_mode_has_a_scatter_of_its_own():
     names, chance = [*NAMES, 'damping E1 1'], np.append(CHANCE, 0.04)
     spread = chance.copy()
     spread[1] = 400 * chance[1]
-    found = scatter(names, spread, chance, 4)
+    found = between_recordings(names, spread, chance, 4)
     assert found[1] == pytest.approx(np.sqrt(399 * chance[1])) and found[-1] == 0.0
     assert np.ptp(found[[0, 2, 3, 4, 5]]) == 0.0 < found[1]
 

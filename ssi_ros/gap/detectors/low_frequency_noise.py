@@ -57,10 +57,9 @@ def noisiest(grids):
 
 def _grids(simulator, fitted, samples, settings, times):
     """
-    Yield log likelihoods of slow noise and white noise in every channel, powers and the channel.
+    Yield what noise explains in every channel, the powers of its sizes [(m/s^2)^2], the channel.
 
-    They are those of sizes and times, (sizes, times), and of the best size; powers of the sizes
-    are in (m/s^2)^2.
+    First the log likelihoods of slow noise, (sizes, times), then that of white noise, its best.
     """
     rows, rate_hz = samples.values.shape[0], samples.rate_hz
     frame = replace(
