@@ -109,8 +109,8 @@ class BootstrapTests:
         """Return name and p-value of detections, and modulation by chance, in a record."""
         # simulated records take certainty away: what is not certain is not asked again
         names = tuple(d.effect for d in self.detections if d.p_value <= DETECTION.p_value.value)
-        odd = any(a.p_value <= LIMITS.asked_again.value for a in self.anomalies)
-        if not (names or odd):
+        asked = {a.basis for a in self.anomalies if a.p_value <= LIMITS.asked_again.value}
+        if not (names or asked):
             return [], []
         if simulator.recorded:
             simulator, samples = remainder(simulator, samples, fitted.levels, fitted.candidate)
@@ -118,7 +118,7 @@ class BootstrapTests:
                    if isinstance(d, Modulation) and fitted.candidate.nonlinear]
         by_chance = []
         found, odd = search(
-            simulator, fitted, samples, self.settings, names, odd=odd, filters=filters,
+            simulator, fitted, samples, self.settings, names, asked=asked, filters=filters,
             also=lambda one: by_chance.extend(modulation_by_chance(one, p) for p in periods))
         return [(d.effect or d.basis, d.p_value) for d in found + odd], by_chance
 

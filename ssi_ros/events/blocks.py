@@ -12,7 +12,8 @@ import math
 import numpy as np
 
 from ssi_ros.effects import effect_class
-from ssi_ros.gap.detectors import anomalies, detect_in_input, detect_in_spectrum, open_set
+from ssi_ros.gap.detectors import (
+    ANOMALIES, anomalies, detect_in_input, detect_in_spectrum, open_set)
 from ssi_ros.gap.detectors.input_reconstruction import reconstruct
 from ssi_ros.gap.detectors.thresholds import LIMITS
 
@@ -43,8 +44,8 @@ def blocks(samples, missing=None):
                    missing[part])
 
 
-def search(simulator, fitted, samples, settings, names, missing=None, odd=True, also=None,
-           filters=None):
+def search(simulator, fitted, samples, settings, names, missing=None, asked=ANOMALIES,
+           also=None, filters=None):
     """
     Search all blocks of a record for effects by name, and for what no effect makes.
 
@@ -56,8 +57,8 @@ def search(simulator, fitted, samples, settings, names, missing=None, odd=True, 
         Effects.
     missing : ndarray of bool, shape (n,), optional
         Rows that were filled.
-    odd : bool
-        Whether anomalies are searched.
+    asked : sequence of str
+        Bases of the anomalies that are searched.
     also : callable, optional
         Called with every Reconstruction.
     filters : dict, optional
@@ -74,9 +75,8 @@ def search(simulator, fitted, samples, settings, names, missing=None, odd=True, 
         inputs = reconstruct(simulator, fitted, part, settings, gone, filters)
         found.append((at_s, detect_in_input(inputs, names) + detect_in_spectrum(
             simulator, fitted, part, settings, names)))
-        if odd:
-            others.append((at_s, anomalies(inputs, part.channels) + open_set(
-                simulator, fitted, inputs, part.channels)))
+        others.append((at_s, anomalies(inputs, part.channels, asked) + open_set(
+            simulator, fitted, inputs, part.channels, asked)))
         if also is not None:
             also(inputs)
         span_s = len(part.values) / part.rate_hz

@@ -172,7 +172,7 @@ class Comparison(Protocol):
 
     def below_the_band(self, detection: Detection) -> bool:
         """Return whether a detection lies at frequencies that no fit uses."""
-        return False
+        return getattr(detection.basis, 'below_band', False)
 
     # fit
     def fit(self, candidate, start: Fit = None, fold: int = None, thorough: bool = True) -> Fit:

@@ -1,5 +1,6 @@
 """All families of the open-set test on one record, each with a calibrated p-value and a text."""
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -23,6 +24,8 @@ FAMILIES = dict.fromkeys((
     'slow variation of a gain'), (1.0, 1.0)) | {
         'distribution': (0.54, 0.64), 'curve': (0.90, 0.95), 'spikes': (0.8, 1.0),
         'jump of a mode': (1.0, 0.9)}
+OF_MODES = ('amplitude', 'distribution', 'asymmetry', 'jump of a mode', 'modulation of a mode',
+            'slow variation of a mode')
 # Seconds c of a further power 1 / (1 + c / T) in a record of T seconds: the same command at 30 s,
 # 60 s and 120 s. Cumulants and curves of few independent values have heavy tails.
 SHORT_S = {'curve': 20.0, 'spikes': 20.0, 'input': 10.0}
@@ -37,9 +40,9 @@ class Finding:
     text: str
 
 
-def findings(record, input_values, rows, edge):
+def findings(record, input_values, rows, edge, asked=tuple(FAMILIES)):
     """
-    Return one Finding of every family.
+    Return one Finding of every family asked.
 
     Parameters
     ----------
@@ -51,31 +54,60 @@ def findings(record, input_values, rows, edge):
         Samples that the taper does not disturb, and that were recorded.
     edge : float
         Share of the record, at both ends, in which nothing is asked.
+    asked : sequence of str
+        Names of families; all by default.
 
     Returns
     -------
     tuple of Finding
 
     """
-    modes = modes_of(record)
-    of_modes = [of_mode(m, record.duration_s, FASTEST_HZ, edge) for m in modes]
-    numbers = [p for m in of_modes for p in m.pair]
-    gains = [of_channel(record, i, FASTEST_HZ, edge) for i in range(len(record.channels))]
-    found = {
-        'curve': channel_curve(record, edge), 'spikes': spikes(record, rows),
-        'input': switching_input(record, input_values, rows), 'jump of a gain': jump(gains),
-        'modulation of a gain': modulation(gains),
-        'slow variation of a gain': slow_variation(gains)}
-    # a short record holds no mode that decays often enough in it
-    of_no_mode = dict.fromkeys(FAMILIES.keys() - found.keys(), (1.0, 'no mode was tested'))
-    found |= {
-        'amplitude': dependence_on_amplitude(of_modes), 'distribution': distribution(modes),
-        'asymmetry': asymmetry(record, modes, edge), 'jump of a mode': jump(numbers),
-        'modulation of a mode': modulation(numbers),
-        'slow variation of a mode': slow_variation(numbers)} if modes else of_no_mode
-    return tuple(Finding(name, calibrated(name, p_value, record.duration_s),
-                         f'{text[0].upper()}{text[1:]}.')
-                 for name, (p_value, text) in found.items())
+    of = _Products(record, edge)
+    tests = {
+        'curve': lambda: channel_curve(record, edge), 'spikes': lambda: spikes(record, rows),
+        'input': lambda: switching_input(record, input_values, rows),
+        'jump of a gain': lambda: jump(of.gains),
+        'modulation of a gain': lambda: modulation(of.gains),
+        'slow variation of a gain': lambda: slow_variation(of.gains),
+        'amplitude': lambda: dependence_on_amplitude(of.products),
+        'distribution': lambda: distribution(of.modes),
+        'asymmetry': lambda: asymmetry(record, of.modes, edge),
+        'jump of a mode': lambda: jump(of.numbers),
+        'modulation of a mode': lambda: modulation(of.numbers),
+        'slow variation of a mode': lambda: slow_variation(of.numbers)}
+    found = []
+    for name in (n for n in tests if n in asked):
+        # a short record holds no mode that decays often enough in it
+        tested = name not in OF_MODES or of.modes
+        p_value, text = tests[name]() if tested else (1.0, 'no mode was tested')
+        found.append(Finding(name, calibrated(name, p_value, record.duration_s),
+                             f'{text[0].upper()}{text[1:]}.'))
+    return tuple(found)
+
+
+@dataclass(frozen=True, eq=False)
+class _Products:
+    """The products of a record that several families share, each computed when it is asked."""
+
+    record: object
+    edge: float
+
+    @cached_property
+    def modes(self):
+        return modes_of(self.record)
+
+    @cached_property
+    def products(self):
+        return [of_mode(m, self.record.duration_s, FASTEST_HZ, self.edge) for m in self.modes]
+
+    @property
+    def numbers(self):
+        return [p for m in self.products for p in m.pair]
+
+    @cached_property
+    def gains(self):
+        return [of_channel(self.record, i, FASTEST_HZ, self.edge)
+                for i in range(len(self.record.channels))]
 
 
 def calibrated(family, p_value, duration_s):

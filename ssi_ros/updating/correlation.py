@@ -72,7 +72,8 @@ def heights_of(simulator, candidate, levels, errors, known=None):
     lower = inverse_root(model.mean(axis=0))
     heights = known.heights(lower, frame.segments / frame.inflation)
     return ModelUncertainty(tuple(f'height {i + 1}' for i in range(len(heights))),
-                            heights.vectors(len(lower)), np.zeros(len(heights)),
+                            heights.vectors(len(lower)).astype(np.float32),
+                            np.zeros(len(heights)),
                             np.zeros((len(heights), errors)), heights)
 
 

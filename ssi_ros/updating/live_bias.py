@@ -38,7 +38,7 @@ def largest_bias(model):
     expected = simulator.expected(Candidate())
     levels = np.ones(len(expected.names))
     errors = error_directions(simulator, levels, known_by_recordings(calibration)).vectors
-    means = templates @ errors.T.astype(np.float32)
+    means = templates @ errors.T
     aim = np.einsum('kij,kj->ki', inverse_root(expected.at_nominal)[0], line)
     aim /= np.linalg.norm(aim, axis=1)[:, None]
     along = real_vectors(aim[:, :, None] * aim.conj()[:, None, :]).reshape(len(line), -1)

@@ -21,9 +21,19 @@ class MergedBins:
     starts: np.ndarray      # (g,), first bins
     counts: np.ndarray      # (g,), bins of each
 
-    def sums(self, values):
+    def sums(self, values, axis=0):
         """Return sums over the bins of every run: (k, ...) becomes (g, ...)."""
-        return np.add.reduceat(values, self.starts, axis=0)
+        return np.add.reduceat(values, self.starts, axis=axis)
+
+    def change(self, errors):
+        """Return the change by errors (n,) in every run, (g, l l)."""
+        # products of single precision take half of the time; what is summed of them does not
+        return (errors.astype(self.vectors.dtype) @ self.vectors).astype(float).reshape(
+            len(self.starts), -1)
+
+    def slopes(self, values):
+        """Return the products of all directions with values (g l l), (n,)."""
+        return (self.vectors @ values.astype(self.vectors.dtype)).astype(float)
 
 
 def merged_bins(vectors, bins, weight, information):
@@ -45,7 +55,7 @@ def merged_bins(vectors, bins, weight, information):
     starts = _runs(vectors, bins, weight, information)
     counts = np.diff(np.append(starts, bins))
     means = np.add.reduceat(vectors.reshape(len(vectors), bins, -1), starts, axis=1) / (
-        counts[:, None])
+        counts[:, None].astype(vectors.dtype))
     return MergedBins(means.reshape(len(vectors), -1), starts, counts)
 
 
@@ -57,7 +67,7 @@ def _runs(vectors, bins, weight, information):
     if not shown.any():
         return np.zeros(1, int)         # of nothing all bins tell as much
     turn = turn[:, shown] * np.sqrt(weight / (1 + squares[shown]))
-    looks = turn.T.astype(np.float32) @ vectors.astype(np.float32)
+    looks = turn.T.astype(np.float32) @ vectors.astype(np.float32, copy=False)
     return np.flatnonzero(_begins(np.ascontiguousarray(
         looks.reshape(len(looks), bins, -1).swapaxes(0, 1).reshape(bins, -1)), LOST / bins))
 

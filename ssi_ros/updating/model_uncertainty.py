@@ -29,7 +29,7 @@ class ModelUncertainty:
     """Whitened directions of model errors, in units of their standard deviations."""
 
     names: tuple            # what each is
-    vectors: np.ndarray     # (n, k l l), change of the whitened spectrum by one of them
+    vectors: np.ndarray     # (n, k l l), change of the whitened spectrum by one, single precision
     offset: np.ndarray = 0.0    # (n,), where the model stands already, from the prior's mean
     into: np.ndarray = None     # (n, m), from errors of the model's numbers to these directions
     heights: object = ()        # Heights of modes in this record: the last ones, if there are any
@@ -38,7 +38,11 @@ class ModelUncertainty:
     @cached_property
     def products(self):
         """Return the products of the vectors with each other, (n, n)."""
-        return self.vectors @ self.vectors.T
+        return (self.vectors @ self.vectors.T).astype(float)
+
+    def change(self, errors):
+        """Return the change of the whitened spectrum by errors (n,), (k l l)."""
+        return (errors.astype(self.vectors.dtype) @ self.vectors).astype(float)
 
     @property
     def centred(self):
@@ -50,7 +54,7 @@ class ModelUncertainty:
         into = self.into if self.into is not None else np.zeros(
             (len(self.names), other.into.shape[1]))
         return ModelUncertainty(self.names + other.names,
-                                np.concatenate([self.vectors, other.vectors]),
+                                np.concatenate([self.vectors, other.vectors], dtype=np.float32),
                                 np.append(self.offset + np.zeros(len(self.names)), other.offset),
                                 np.concatenate([into, other.into]), other.heights)
 
@@ -84,7 +88,7 @@ class ModelUncertainty:
         """
         if not self.names:
             return 0.0, np.zeros(0), np.zeros((0, 0))
-        known = self._known(whitened.weight * len(whitened.excess), whitened.lower.shape[-1])
+        known = self._beside(whitened)
         # heights stand at their best without errors: from there they go on beside them
         offset = self.offset + np.append(
             np.zeros(len(self.names) - len(whitened.heights)), whitened.heights)
@@ -92,8 +96,9 @@ class ModelUncertainty:
                                    known.information, np.ones(len(self.names), bool), start)
         return gain, most, known.covariance
 
-    def _known(self, weight, count):
+    def _beside(self, whitened):
         """Return what a record of so many periodograms of channels tells, a _Known."""
+        weight, count = whitened.weight * len(whitened.excess), whitened.lower.shape[-1]
         if weight not in self.beside:
             shown, bins = weight * self.products, self.vectors.shape[1] // count ** 2
             information = shown + np.eye(len(shown))
@@ -111,12 +116,25 @@ class ModelUncertainty:
         """
         count, shape = whitened.lower.shape[-1], whitened.excess.shape
         out = np.empty((shape[0], shape[1] // count ** 2, count, count))
-        seen((most @ self.vectors).reshape(out.shape[1:]), whitened.excess.reshape(out.shape), out)
+        change = np.zeros(out.shape[1:])
+        if self.names:
+            merged = self._beside(whitened).merged
+            change = np.repeat(merged.change(most), merged.counts, axis=0).reshape(change.shape)
+        seen(change, whitened.excess.reshape(out.shape), out)
         return out.reshape(shape)
+
+    def mixed(self, whitened, directions):
+        """Return the information of directions (p, a, k l l) with each of these, (p, n)."""
+        if not self.names:
+            return np.zeros((len(directions), 0))
+        merged, count = self._beside(whitened).merged, whitened.lower.shape[-1] ** 2
+        of_all = directions.sum(axis=1).reshape(len(directions), -1, count)
+        return whitened.weight * (merged.vectors @ merged.sums(of_all, 1).reshape(
+            len(directions), -1).astype(merged.vectors.dtype).T).T.astype(float)
 
     def _factors(self, most, count):
         """Return the factors R of errors (n,), (k, l, l)."""
-        return factors(hermitian((most @ self.vectors).reshape(-1, count, count)))
+        return factors(hermitian(self.change(most).reshape(-1, count, count)))
 
     def errors(self, values):
         """Return values (n,) with those of heights, which are no errors of the model, as 0."""
@@ -141,7 +159,8 @@ class _Known(NamedTuple):
 
 def no_uncertainty(frame, channels):
     """Return the uncertainty of an exact model."""
-    return ModelUncertainty((), np.zeros((0, (frame.last - frame.first) * channels ** 2)))
+    return ModelUncertainty((), np.zeros((0, (frame.last - frame.first) * channels ** 2),
+                                         np.float32))
 
 
 def model_uncertainty(simulator, candidate, levels, settings):
@@ -156,7 +175,7 @@ def model_uncertainty(simulator, candidate, levels, settings):
     if not found:
         return no_uncertainty(simulator.frame, base.shape[-1])
     names, vectors = zip(*found)
-    return ModelUncertainty(names, np.array(vectors))
+    return ModelUncertainty(names, np.array(vectors, np.float32))
 
 
 def _moves(setup, settings):

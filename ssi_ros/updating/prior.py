@@ -124,7 +124,7 @@ def relinearised(side, whitened, uncertainty):
     """
     prior = side.prior
     values = uncertainty.errors(uncertainty.profile(uncertainty.taken_out(whitened))[1])
-    if np.abs(values @ uncertainty.vectors).max() < BENT:
+    if np.abs(uncertainty.change(values)).max() < BENT:
         return None
     shift = (uncertainty.into @ prior.root).T @ values      # in deviations of the prior
     there = np.array(side.simulator.spacecraft.calibration.values) + prior.root @ shift
@@ -178,7 +178,9 @@ def error_directions(simulator, levels, prior, candidate=Candidate()):
     squares, turn = np.linalg.eigh(information)
     turn = turn[:, squares > LEAST]
     names = tuple(f'error {i + 1}' for i in range(turn.shape[1]))
-    return ModelUncertainty(names, (turn.T @ root.T) @ doubled, turn.T @ prior.offset,
+    single = np.float32
+    vectors = (turn.T @ root.T).astype(single) @ each.astype(single, copy=False)
+    return ModelUncertainty(names, vectors, turn.T @ prior.offset,
                             turn.T @ np.linalg.pinv(prior.root))
 
 

@@ -37,7 +37,7 @@ class ErrorLikelihood:
 
     def __init__(self, merged, offset, whitened):
         count = whitened.lower.shape[-1]
-        self.vectors, self.offset, self.weight = merged.vectors, offset, whitened.weight
+        self.merged, self.offset, self.weight = merged, offset, whitened.weight
         self.many = len(whitened.excess) * merged.counts.astype(float)
         record = merged.sums(whitened.excess.sum(axis=0).reshape(-1, count * count))
         self.record = hermitian(record.reshape(-1, count, count))
@@ -45,7 +45,7 @@ class ErrorLikelihood:
 
     def change(self, errors):
         """Return V as real sums, (k, l, l)."""
-        return (errors @ self.vectors).reshape(self.record.shape)
+        return self.merged.change(errors).reshape(self.record.shape)
 
     def at(self, errors, change=None):
         """Return the _Place of errors, of this V, or None where R has no positive diagonal."""
@@ -59,7 +59,7 @@ class ErrorLikelihood:
         value = self.weight * value - float(
             moved @ moved - np.sum(np.square(self.offset))) / 2
         return _Place(errors, change, value,
-                      self.weight * (self.vectors @ slopes.ravel()) - moved, root, record)
+                      self.weight * self.merged.slopes(slopes.ravel()) - moved, root, record)
 
     def curvature(self, place, step, change):
         """Return minus the second derivative of the likelihood along a step, (n,), of this V."""

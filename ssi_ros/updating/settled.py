@@ -59,15 +59,16 @@ def settled(comparison, beside):
 
 def _moved(comparison, beside, candidate=None):
     """Return a comparison whose model is at the most probable errors, beside a candidate."""
-    moved, spectra = comparison, comparison.record.spectra
+    moved, spectra, found = comparison, comparison.record.spectra, None
     for _ in range(ROUNDS):
-        found, around = moved.null, moved.here.uncertainty
         if candidate:
-            found = moved.fit(candidate, thorough=False)
+            found = moved.fit(candidate, found, thorough=False)
             if found is None:
                 break
             candidate = found.candidate
             around = moved.here.around(candidate, found.levels, moved.settings)
+        else:
+            found, around = moved.null, moved.here.uncertainty
         there = relinearised(moved.here, whiten(found.state.plain, spectra), around)
         if there is None:
             break

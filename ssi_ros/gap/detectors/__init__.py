@@ -11,9 +11,10 @@ from ssi_ros.gap.comparison import Detection
 from ssi_ros.gap.detectors import (  # noqa: F401 (they register themselves)
     amplitude_modulation, chirp, impulses, low_frequency_noise, samples as of_samples,
     tone)
-from ssi_ros.open_set.families import findings
+from ssi_ros.open_set.families import FAMILIES, findings
 from ssi_ros.open_set.spectra import record_spectra
 
+ANOMALIES = 'line', 'spikes', *FAMILIES     # all, by their bases
 EDGES = 2               # tapers from both ends of a record in which nothing is asked
 
 
@@ -33,25 +34,26 @@ def detect_in_spectrum(simulator, fitted, samples, settings, names):
     return _detect('spectrum', names, simulator, fitted, samples, settings)
 
 
-def anomalies(reconstruction, channels):
+def anomalies(reconstruction, channels, asked=ANOMALIES):
     """Return lines and spikes that no input explains; of one channel any input explains all."""
     if len(channels) < 2:
         return ()
-    found = [tone.anomalous_line(reconstruction)]
-    found += [impulses.anomalous_spikes(reconstruction, c, i) for i, c in enumerate(channels)]
+    found = [tone.anomalous_line(reconstruction)] if 'line' in asked else []
+    if 'spikes' in asked:
+        found += [impulses.anomalous_spikes(reconstruction, c, i) for i, c in enumerate(channels)]
     return tuple(d for d in found if d is not None)
 
 
-def open_set(simulator, fitted, reconstruction, channels):
-    """Return the findings of the open-set test, probable ones too; their basis is the family."""
+def open_set(simulator, fitted, reconstruction, channels, asked=ANOMALIES):
+    """Return findings of families of the open-set test, probable ones too; basis is the family."""
     # its families are calibrated on spacecraft, whose modes are fast beside the record
-    if 'geometry' not in offered(simulator.spacecraft):
+    if not asked or 'geometry' not in offered(simulator.spacecraft):
         return ()
     setup = simulator.setup(fitted.candidate, fitted.levels)
     record = record_spectra(setup.system, fitted.levels, reconstruction, channels)
     return tuple(Detection('', {}, f.p_value, f.text, basis=f.family) for f in findings(
         record, reconstruction.values, reconstruction.recorded,
-        EDGES * reconstruction.inside.start / record.rows))
+        EDGES * reconstruction.inside.start / record.rows, asked))
 
 
 def tests_of(names):

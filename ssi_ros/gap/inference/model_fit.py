@@ -159,7 +159,7 @@ class _Place:
         total = flat.reshape(len(flat), -1)
         score = whitened.weight * (total @ uncertainty.seen(whitened, self.most).ravel())
         information = whitened.weight * (total @ total.T)
-        mixed = whitened.weight * (flat.sum(axis=1) @ uncertainty.vectors.T)
+        mixed = uncertainty.mixed(whitened, flat)
         count = len(self.logs)
         if self.problem.simulator.compensation:
             # what a candidate moves the errors by changes how probable they are

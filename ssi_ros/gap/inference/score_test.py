@@ -156,13 +156,13 @@ class Directions:
         model = plain.mean(axis=0, keepdims=True)
         lower = inverse_root(model)[0].astype(np.complex64)
         # templates are made at nominal levels: the excitation of the record scales them
-        level = np.float32(power_of(shares[:-1]) / templates.level)
-        self.flat = level * white_vectors(lower, templates.changes)
+        scaled = np.float32(np.sqrt(power_of(shares[:-1]) / templates.level)) * lower
+        self.flat = white_vectors(scaled, templates.changes)
         if templates.shifts is not None:
             moves = (templates.shifts @ uncertainty.into.T).astype(np.float32)
-            self.flat -= moves @ uncertainty.vectors.astype(np.float32)
+            self.flat -= moves @ uncertainty.vectors
         beside = [white_vectors(lower, s.mean(axis=0)[None])[0] for s in shares]
-        self.basis = np.array(beside + list(uncertainty.vectors), np.float32)
+        self.basis = np.concatenate([beside, uncertainty.vectors], dtype=np.float32)
         self.weight = count = len(segments) / frame.inflation
         prior = np.diag(np.append(level_prior(len(beside)), np.ones(len(uncertainty.vectors))))
         self.inner = np.linalg.inv(count * (self.basis @ self.basis.T).astype(float) + prior)
@@ -170,7 +170,7 @@ class Directions:
         self.information = (count * (self.flat @ self.flat.T).astype(float)
                             - self.mixed @ self.inner @ self.mixed.T)
         parts = np.unique(frame.parts_of(segments))
-        self.modulation = {i: level * white_vectors(lower, s[parts])
+        self.modulation = {i: white_vectors(scaled, s[parts])
                            for i, s in templates.modulation.items()}
         for i, part in self.modulation.items():
             for j, other in self.modulation.items():

@@ -1,6 +1,7 @@
 """A spacecraft model beside a record: tests, candidates and fits for the driver."""
 from dataclasses import replace
 from functools import cached_property
+from operator import attrgetter
 
 import numpy as np
 from scipy.stats import norm
@@ -9,29 +10,27 @@ from ssi_ros.bootstrap.correction import corrected
 from ssi_ros.bootstrap.indirect_inference import indirect_estimate
 from ssi_ros.bootstrap.parametric_bootstrap import bootstrap_floor, BootstrapTests
 from ssi_ros.bootstrap.score_scatter import scatter_of
-from ssi_ros.effects import effect_class, left_out, places
+from ssi_ros.effects import places
 from ssi_ros.effects.equivalent_hinges import equivalent_hinges
 from ssi_ros.events.blocks import explained_below_band, search
 from ssi_ros.gap.cache import effect_templates, unmodelled_templates
 from ssi_ros.gap.candidate import Candidate, priors_of
 from ssi_ros.gap.comparison import Comparison
 from ssi_ros.gap.detectors import tests_of
-from ssi_ros.gap.detectors.data_faults import faults_beside_model
 from ssi_ros.gap.inference.goodness_of_fit import measure
 from ssi_ros.gap.inference.model_fit import best_starts, fit, fit_again, STEPS
 from ssi_ros.gap.inference.score_test import directions, score
 from ssi_ros.gap.inference.unmodelled.scores import detect_change, score_changes
 from ssi_ros.gap.nominal import (
     model_answer as answer, model_location as location, starting_points as starts)
-from ssi_ros.gap.nominal.simulator import implausible_levels
 from ssi_ros.gap.selection.evidence import log_prior_ratio
 from ssi_ros.gap.selection.localisation import locate
 from ssi_ros.gap.selection.search import PAIRS_TO_FIT, RIVALS
 from ssi_ros.gap.selection.thresholds import SELECTION as LIMITS
 from ssi_ros.gap.spectra.imputation import filled
 from ssi_ros.inputs.beside import remainder
-from ssi_ros.integrity.fault import as_reason
 from ssi_ros.levels.held_out import held_out
+from ssi_ros.updating.comparable import comparable
 from ssi_ros.updating.prior import stand
 from ssi_ros.updating.systematic_errors import parameters
 
@@ -46,23 +45,26 @@ class ModelComparison(Comparison):
 
     kind = 'model'
     built, parameters, corrected = staticmethod(answer.built), parameters, corrected   # methods
+    notes, mismatch, doubtful = (property(attrgetter(f'comparable.{name}')) for name in (
+        'notes', 'mismatch', 'doubtful'))
 
     def __init__(self, simulator, record, settings, effects, levels, progress, prior=None):
         self.simulator, self.record, self.settings = simulator, record, settings
         self.effects, self.prior, self.progress = effects, prior, progress
-        craft = simulator.spacecraft
-        self.notes = record.notes + left_out(craft) + tuple(
-            f'not in the calibrated model: {t}' for t in craft.calibration.unexplained)
         self.here = stand(simulator, prior, levels, settings)
-        self.null = answer.fit_of(fit(simulator, record.spectra, levels=levels,
-                                      uncertainty=self.here.uncertainty), self.here)
-        faults = record.faults + faults_beside_model(simulator, self.null.state, record.spectra)
-        self.notes += tuple(f.text for f in faults)
-        self.mismatch = as_reason(faults) or (
-            '' if record.detections else implausible_levels(levels))
-        self.doubtful = bool(self.mismatch) and {f.kind for f in faults} <= {'scan skew'}
         self._best, self._fits, self._estimates = -np.inf, {}, {}
-        self._residuals, self._beside_floor = {}, {}
+        self._residuals, self._beside_floor, self._below = {}, {}, {}
+
+    @cached_property
+    def null(self):
+        """Return the fit without effects."""
+        return answer.fit_of(fit(self.simulator, self.record.spectra, levels=self.here.levels,
+                                 uncertainty=self.here.uncertainty), self.here)
+
+    @cached_property
+    def comparable(self):
+        """Return whether record and model can be compared, a Comparable."""
+        return comparable(self.simulator, self.record, self.null.state, self.here.levels)
 
     @cached_property
     def templates(self):
@@ -101,10 +103,10 @@ class ModelComparison(Comparison):
         if thorough:
             return answer.fit_of(fit(side.simulator, spectra, candidate, levels, STEPS,
                                      side.around(candidate, levels, self.settings)), side)
-        found = fit(side.simulator, spectra, candidate, levels, FIRST_STEPS, side.uncertainty,
-                    self._best - LIMITS['hopeless'].value)
-        self._best = max(self._best, found.likelihood if found else -np.inf)
-        return answer.fit_of(found, side)
+        found = answer.fit_of(fit(side.simulator, spectra, candidate, levels, FIRST_STEPS,
+                                  side.uncertainty, self._best - LIMITS['hopeless'].value), side)
+        self._best = max(self._best, found.state.likelihood if found else -np.inf)
+        return found
 
     def goodness_of_fit(self, fit, fold=None):
         """Measure the gap, of all segments or of those that a fold left out."""
@@ -204,9 +206,8 @@ class ModelComparison(Comparison):
 
     def estimate(self, fit, residual):
         """Return what a simulator has to be given, with its scatter."""
-        found = self.indirect(fit)
-        return replace(found, spread=found.spread * residual.floor.std_ratio) if (
-            residual.floor) else found
+        found, ratio = self.indirect(fit), residual.floor.std_ratio if residual.floor else 1.0
+        return replace(found, spread=found.spread * ratio)
 
     def candidates(self, residual):
         """Return the starts that scores and detections speak for."""
@@ -229,8 +230,8 @@ class ModelComparison(Comparison):
     def equivalents(self, ranked):
         """Return laws whose equivalent linear hinge the best one is."""
         best, of = ranked[0].fit, self.side(ranked[0].fit).simulator.setup
-        alike = equivalent_hinges(best.candidate.effects[0], self.effects,
-                                  lambda e: of(Candidate((e,)), best.levels))
+        alike = equivalent_hinges(best.candidate.effects[0], self.effects, lambda e: of(
+            Candidate((e,)), best.levels))
         return tuple(c for each in alike for c in self._starts(each)[:1])
 
     def _starts(self, effects):
@@ -255,10 +256,6 @@ class ModelComparison(Comparison):
         """Return candidates with one effect replaced by a nearly indistinguishable one."""
         return tuple(starts.replacements(found.score_test.state, candidate))
 
-    def below_the_band(self, detection):
-        """Return whether a detection is at frequencies that no fit uses."""
-        return effect_class(detection.effect).below_band
-
     def bonus(self, fit, detections):
         """Return the log odds of detections beyond what the spectrum has of them already."""
         total, seen = 0.0, {d.effect: d for d in detections}
@@ -267,8 +264,12 @@ class ModelComparison(Comparison):
                 alone = self.fit(Candidate((e,)), self.null, thorough=False)
                 shown = alone.log_likelihood - self.null.log_likelihood if alone else 0.0
                 total += answer.beyond_spectrum(e, seen[e.name], max(shown, 0.0))
-        return total + explained_below_band(lambda: self.whole(fit, self.record.samples),
-                                            fit.candidate.names, self.settings, detections)
+        key = id(fit), *map(id, detections)
+        if key not in self._below:      # kept with what the ids are of
+            self._below[key] = fit, detections, explained_below_band(
+                lambda: self.whole(fit, self.record.samples), fit.candidate.names, self.settings,
+                detections)
+        return total + self._below[key][-1]
 
     def log_prior_ratio(self, fit):
         """Return the log of posterior over prior volume of quantities and places."""
@@ -288,13 +289,12 @@ class ModelComparison(Comparison):
 
     def localise(self, fit=None, probability=0.0):
         """Return where the gap lies; with a fit, what it changes counts by its probability."""
-        system = self.simulator.setup(Candidate()).system
-        measured = location.measured(system, self.null.state.model, self.record.spectra,
-                                     self.settings.band_bins)
+        here, spectra, bins = self.null.state.model, self.record.spectra, self.settings.band_bins
+        measured = location.measured(
+            self.simulator.setup(Candidate()).system, here, spectra, bins)
         if fit is None:
             return locate(measured)
         events = next((d.times for d in self.residual(self.null).detections
                        if len(d.times) and d.effect in fit.candidate.names), ())
-        change = location.change((self.null.state.model, fit.state.model), self.record.spectra,
-                                 self.settings.band_bins, events, probability)
+        change = location.change((here, fit.state.model), spectra, bins, events, probability)
         return replace(locate(measured, change), sensors=())

@@ -57,7 +57,7 @@ SELECTION = {
         12.0, 'nats', 'log evidence behind the best at which a candidate is dropped: odds of '
         '1 to 160,000'),
     'hopeless': Threshold(
-        100.0, 'nats', 'engineering choice: likelihood behind the best at which the first fit '
+        40.0, 'nats', 'engineering choice: likelihood behind the best at which the first fit '
         'of a candidate ends early'),
     'promising': Threshold(
         2.0, 'nats', 'gain of the log likelihood that a template must promise: two standard '
