@@ -57,6 +57,10 @@ class Calibration:
         object.__setattr__(self, 'covariance', tuple(
             tuple(float(f'{float(v):.6g}') for v in (
                 row.split() if isinstance(row, str) else row)) for row in self.covariance))
+
+    def __hash__(self):
+        # what is fitted asks for systems by their spacecraft, thousands of times: half of it does
+        return hash((self.names, self.values))
         count = len(self.names)
         if len(self.values) != count:
             raise ValueError(f'calibration: {len(self.values)} values for {count} names')

@@ -89,12 +89,14 @@ class Side:
     @cached_property
     def uncertainty(self):
         """Return all that the model does not know around its candidate."""
-        return self.around(self.candidate, self.levels, self.settings)
-
-    def around(self, candidate, levels, settings):
-        """Return what the model does not know of its numbers, around a candidate."""
-        small = model_uncertainty(self.simulator, candidate, levels, settings)
+        small = model_uncertainty(self.simulator, self.candidate, self.levels, self.settings)
         return small.and_of(self.errors).and_of(self.heights) if self.errors else small
+
+    def around(self, candidate, levels):
+        """Return what the model does not know of its numbers, around a candidate."""
+        # errors of a calibration, far larger ones, are those around the model in any case
+        return self.uncertainty if self.errors else model_uncertainty(
+            self.simulator, candidate, levels, self.settings)
 
 
 def known_by_recordings(calibration):
@@ -105,7 +107,7 @@ def known_by_recordings(calibration):
     return ErrorPrior(calibration.names, root, np.zeros(len(root)))
 
 
-def relinearised(side, whitened, uncertainty):
+def relinearised(side, whitened):
     """
     Return a model side and its ErrorPrior at the most probable errors beside a record.
 
@@ -118,11 +120,9 @@ def relinearised(side, whitened, uncertainty):
         Where the model stands.
     whitened : Whitened
         The record by the model with an effect, or without.
-    uncertainty : ModelUncertainty
-        Around that.
 
     """
-    prior = side.prior
+    prior, uncertainty = side.prior, side.uncertainty
     values = uncertainty.errors(uncertainty.profile(uncertainty.taken_out(whitened))[1])
     if np.abs(uncertainty.change(values)).max() < BENT:
         return None

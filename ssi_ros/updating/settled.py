@@ -66,10 +66,9 @@ def _moved(comparison, beside, candidate=None):
             if found is None:
                 break
             candidate = found.candidate
-            around = moved.here.around(candidate, found.levels, moved.settings)
         else:
-            found, around = moved.null, moved.here.uncertainty
-        there = relinearised(moved.here, whiten(found.state.plain, spectra), around)
+            found = moved.null
+        there = relinearised(moved.here, whiten(found.state.plain, spectra))
         if there is None:
             break
         moved = beside(*there)

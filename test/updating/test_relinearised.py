@@ -38,8 +38,7 @@ def test_errors_move_to_where_the_record_has_them(comparison):
     """Towards the damping of the record, by deviations that the prior counts, step after step."""
     at = comparison.simulator.spacecraft.calibration.names.index('damping E1 1')
     before = comparison.here
-    moved = relinearised(before, whiten(comparison.null.state.plain, comparison.record.spectra),
-                         before.uncertainty)
+    moved = relinearised(before, whiten(comparison.null.state.plain, comparison.record.spectra))
     assert moved is not None
     for _ in range(3):
         side, prior = moved
@@ -51,8 +50,7 @@ def test_errors_move_to_where_the_record_has_them(comparison):
         before = stand(side, prior, comparison.null.levels, comparison.settings)
         found = fit(side, comparison.record.spectra, levels=comparison.null.levels,
                     uncertainty=before.uncertainty)
-        moved = relinearised(before, whiten(found.plain, comparison.record.spectra),
-                             before.uncertainty)
+        moved = relinearised(before, whiten(found.plain, comparison.record.spectra))
         if moved is None:
             break
     # 600 s tell the logarithm of that damping to 0.4, the prior to 0.25: the mean of both is 0.57

@@ -102,7 +102,7 @@ class ModelComparison(Comparison):
                                            side.uncertainty), side)
         if thorough:
             return answer.fit_of(fit(side.simulator, spectra, candidate, levels, STEPS,
-                                     side.around(candidate, levels, self.settings)), side)
+                                     side.around(candidate, levels)), side)
         found = answer.fit_of(fit(side.simulator, spectra, candidate, levels, FIRST_STEPS,
                                   side.uncertainty, self._best - LIMITS['hopeless'].value), side)
         self._best = max(self._best, found.state.likelihood if found else -np.inf)

@@ -129,10 +129,19 @@ def _through(gain, spectrum):
 
 def powers_of(poles, count):
     """Return the powers 0, 1, ... of poles, shape (count, poles), as products of two tables."""
+    return _powers(np.asarray(poles, complex).tobytes(), count)
+
+
+@lru_cache(maxsize=2)
+def _powers(poles, count):
+    # every random input of a system asks for the same
+    poles = np.frombuffer(poles, complex)
     logs = np.log(np.where(np.abs(poles) < 1e-300, 1e-300, poles))
     width = int(np.sqrt(count)) + 1
     fine, coarse = (np.exp(np.arange(width)[:, None] * step * logs) for step in (1, width))
-    return (coarse[:, None] * fine[None]).reshape(-1, len(poles))[:count]
+    found = (coarse[:, None] * fine[None]).reshape(-1, len(poles))[:count]
+    found.flags.writeable = False
+    return found
 
 
 def autocovariance(sampled, inputs, powers, turn=1.0):
