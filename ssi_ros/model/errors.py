@@ -57,16 +57,16 @@ class Calibration:
         object.__setattr__(self, 'covariance', tuple(
             tuple(float(f'{float(v):.6g}') for v in (
                 row.split() if isinstance(row, str) else row)) for row in self.covariance))
-
-    def __hash__(self):
-        # what is fitted asks for systems by their spacecraft, thousands of times: half of it does
-        return hash((self.names, self.values))
         count = len(self.names)
         if len(self.values) != count:
             raise ValueError(f'calibration: {len(self.values)} values for {count} names')
         if self.covariance and np.shape(self.covariance) != (count, count):
             raise ValueError(f'calibration: covariance has the shape '
                              f'{np.shape(self.covariance)} for {count} names')
+
+    def __hash__(self):
+        # what is fitted asks for systems by their spacecraft, thousands of times: half of it does
+        return hash((self.names, self.values))
 
     def to_plain(self):
         """Return plain data for YAML; a row of the covariance is one text, so that it is short."""

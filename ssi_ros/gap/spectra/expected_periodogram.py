@@ -1,10 +1,11 @@
 """The expected periodogram of a setup, exact with taper and aliases, eq. (94) and (95)."""
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
-from ssi_ros.effects.edits import scale_stiffness, with_held_inputs
+from ssi_ros.effects.drifting import drifting
+from ssi_ros.effects.edits import with_held_inputs
 from ssi_ros.effects.sampling_instants import SamplingInstants
 from ssi_ros.effects.statistical_linearisation import LinearisationResidual, linearise
 from ssi_ros.model.disturbances import Chirp, Nutation, Sine
@@ -54,15 +55,8 @@ def expected(setup, frame, jitter_noise=None, one=None):
     setup = with_held_inputs(setup) if setup.laws or setup.drift else setup
     if not setup.drift:
         return one(setup, frame, jitter_noise)
-    arrays = [a.name for a in setup.spacecraft.arrays]
-    each = []
-    for begin_s in frame.mean_of_parts(frame.begins_s):
-        change = setup.drift * (begin_s + frame.span_s / 2) / setup.duration_s
-        system = scale_stiffness(setup.system, arrays, 1.0 + change)
-        each.append(one(replace(setup, system=system), frame, jitter_noise))
-
-    def own(parts):
-        return np.stack([p[i % len(p)] for i, p in enumerate(parts)])
+    at, own = drifting(setup, frame.mean_of_parts(frame.begins_s) + frame.span_s / 2)
+    each = [one(there, frame, jitter_noise) for there in at]
     return Expected(each[0].names, tuple(own(s) for s in zip(*(e.shares for e in each))),
                     own([e.fixed for e in each]))
 

@@ -1,0 +1,71 @@
+"""A stiffness that drifts, at few instants: the spectra at all others follow by interpolation."""
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+from scipy.interpolate import BarycentricInterpolator
+
+from ssi_ros.effects.edits import scale_stiffness
+
+ERROR = 1e-5            # of an interpolated spectrum
+
+
+def drifting(setup, times_s):
+    """
+    Return a drifting setup at few instants, and how its spectra at others follow from these.
+
+    As a function of the drift a resonance is analytic up to its damping ratio: a polynomial at
+    Chebyshev points errs by rho^-n, rho + 1 / rho twice the damping ratio over the half of the
+    range of relative frequency, turned by 90 degrees (Trefethen, Approximation Theory and
+    Approximation Practice, 2013, theorem 8.2).
+
+    Parameters
+    ----------
+    setup : Setup
+        With a drift.
+    times_s : ndarray, (t,)
+        Middles of the parts of a record.
+
+    Returns
+    -------
+    tuple of Setup, (n,)
+        Without drift, at the nodes; n is t where fewer would not do.
+    callable
+        From their spectra, n of shape (1 or t, ...), to those at the times, (t, ...).
+
+    """
+    changes = setup.drift * np.asarray(times_s) / setup.duration_s
+    nodes, at_times = changes, _own
+    few = _count(setup.system.state_space.diagonal[0], np.ptp(changes) / 4)
+    if few < len(changes):
+        middle, half = (changes.max() + changes.min()) / 2, np.ptp(changes) / 2
+        nodes = middle + half * np.cos(np.pi * (np.arange(few) + 0.5) / few)
+        at_times = partial(_interpolated, BarycentricInterpolator(nodes, np.eye(few))(changes))
+    arrays = [a.name for a in setup.spacecraft.arrays]
+    return tuple(replace(setup, system=scale_stiffness(setup.system, arrays, 1.0 + change),
+                         drift=0.0) for change in nodes), at_times
+
+
+def _own(spectra):
+    """Return of the spectrum at every time what is of that time."""
+    return np.stack([s[i % len(s)] for i, s in enumerate(spectra)])
+
+
+def _interpolated(weights, spectra):
+    """Return spectra at times by weights (t, n) of those at nodes."""
+    if max(map(len, spectra)) > 1:
+        return np.stack([sum(w * s[i % len(s)] for w, s in zip(row, spectra))
+                         for i, row in enumerate(weights)])
+    flat = np.concatenate(spectra).astype(complex, copy=False)
+    found = weights @ np.ascontiguousarray(flat).reshape(len(flat), -1).view(float)
+    return found.view(complex).reshape(len(weights), *flat.shape[1:])
+
+
+def _count(poles, half):
+    """Return how many nodes do for a half range of relative frequency."""
+    swinging = poles[poles.imag > 0]
+    damping = (-swinging.real / np.abs(swinging)).min(initial=1.0)
+    if damping <= 0.0:
+        return np.inf
+    ratio = damping / max(half, 1e-300)
+    return max(2, int(np.ceil(-np.log(ERROR) / np.arcsinh(ratio))))
