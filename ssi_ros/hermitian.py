@@ -158,6 +158,29 @@ def hermitian(sums):
     return (sums + turned) / 2 + 1j * (sums - turned) / 2
 
 
+@njit(cache=True)
+def traces_of_cubes(sums):
+    """Return tr X^3 of Hermitian matrices as real sums, (n, k, l, l), shape (n, k)."""
+    number, bins, count = sums.shape[:3]
+    out = np.empty((number, bins))
+    one = np.empty((count, count), np.complex128)
+    for n in range(number):
+        for k in range(bins):
+            for i in range(count):
+                for j in range(count):
+                    up, down = sums[n, k, i, j], sums[n, k, j, i]
+                    one[i, j] = complex(up + down, up - down) / 2
+            total = 0.0
+            for i in range(count):
+                for j in range(count):
+                    square = 0.0 + 0.0j
+                    for m in range(count):
+                        square += one[i, m] * one[m, j]
+                    total += (square * one[j, i]).real
+            out[n, k] = total
+    return out
+
+
 def matrix_power(matrices, exponent):
     """Return powers of positive definite matrices, (b, l, l), by one exponent or one each."""
     values, vectors = np.linalg.eigh(matrices)

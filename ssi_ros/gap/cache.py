@@ -23,6 +23,7 @@ from ssi_ros.gap.inference.unmodelled.templates import (
 from ssi_ros.gap.nominal.simulator import Simulator
 from ssi_ros.gap.nominal.starting_points import starting_points
 from ssi_ros.gap.spectra.segmentation import frame_at
+from ssi_ros.updating.merged_bins import BinRuns
 from ssi_ros.whole_file import whole_file
 
 KEPT = 4                # sets of templates that stay, on disk and in memory; some 120 MB each
@@ -121,14 +122,15 @@ def load_templates(key, effects):
         with np.load(folder() / key) as file:
             kept = [effects[i] for i in file['kept']]
             modulation = {int(k[1:]): file[k] for k in file.files if k[1:].isdigit()}
-            return Templates(tuple(kept), file['changes'], modulation, float(file['level']))
+            return Templates(tuple(kept), file['changes'], modulation, float(file['level']),
+                             runs=BinRuns(file['edges']))
     except UNREADABLE:
         return None
 
 
 def save_templates(key, templates, effects):
     """Write templates whole or not at all; a folder that cannot be written is left alone."""
-    _save(key, changes=templates.changes, level=templates.level,
+    _save(key, changes=templates.changes, level=templates.level, edges=templates.runs.edges,
           kept=[effects.index(e) for e in templates.effects],
           **{f'm{i}': m for i, m in templates.modulation.items()})
 

@@ -9,7 +9,12 @@ from dataclasses import dataclass
 from numba import njit
 import numpy as np
 
+from ssi_ros.hermitian import traces_of_cubes, white_vectors
+
 LOST = 0.01             # deviations squared that all errors together may lose, of what is known
+OF_SCORES = 0.003       # share of what a record shows of effects that their scores may lose,
+RESOLVED = 0.1          # beside models whose logarithm hardly differs within a run
+TOGETHER = 32           # directions that are whitened at a time
 SEEN = 0.02             # share of its variance that a record takes off an error that counts here
 
 
@@ -57,6 +62,59 @@ def merged_bins(vectors, bins, weight, information):
     means = np.add.reduceat(vectors.reshape(len(vectors), bins, -1), starts, axis=1) / (
         counts[:, None].astype(vectors.dtype))
     return MergedBins(means.reshape(len(vectors), -1), starts, counts)
+
+
+@dataclass(frozen=True, eq=False)
+class BinRuns:
+    """Runs of bins that count as one in scores; what they lose is power, never validity."""
+
+    edges: np.ndarray       # (g + 1,), first bins, and how many bins there are
+
+    def projected(self, vectors):
+        """Return vectors (n, k m) as (n, g m): sums over roots of counts, which keep products."""
+        starts, bins = self.edges[:-1], self.edges[-1]
+        if len(starts) == bins:
+            return vectors
+        width = vectors.shape[1] // bins
+        each = np.add.reduceat(vectors.reshape(len(vectors), bins, width), starts, axis=1)
+        each /= np.sqrt(np.diff(self.edges), dtype=vectors.dtype)[:, None]
+        return each.reshape(len(each), len(starts) * width)
+
+    def white(self, lower, changes):
+        """Return changes (n, k, l, l) whitened, as real vectors, projected."""
+        size = (len(self.edges) - 1) * lower.shape[-1] ** 2
+        out = np.empty((len(changes), size), lower.real.dtype)
+        for begin in range(0, len(changes), TOGETHER):
+            part = slice(begin, begin + TOGETHER)
+            out[part] = self.projected(white_vectors(lower, changes[part]))
+        return out
+
+    def cubes(self, vectors, channels):
+        """Return sums of tr X^3 over all bins of projected vectors, (n, g l l), shape (n,)."""
+        counts = np.diff(self.edges)
+        return traces_of_cubes(vectors.reshape(
+            len(vectors), len(counts), channels, channels)) @ counts ** -0.5
+
+
+def runs_beside(runs, model):
+    """Return BinRuns in which a model, (k, l, l), hardly changes either; of None every bin."""
+    if runs is None:
+        return BinRuns(np.arange(len(model) + 1))
+    logs = np.log(np.maximum(np.einsum('kii->ki', model).real, 1e-300))
+    own = np.flatnonzero(_begins(np.ascontiguousarray(logs), RESOLVED ** 2 * logs.shape[1]))
+    return BinRuns(np.union1d(runs.edges, own))
+
+
+def runs_of_scores(lower, changes):
+    """Return the BinRuns of changes of a spectrum, (n, k, l, l), as `lower`, L^-1, whitens."""
+    bins = changes.shape[1]
+    if not len(changes):
+        return BinRuns(np.arange(bins + 1))
+    vectors = white_vectors(lower.astype(np.complex64), changes).reshape(len(changes), bins, -1)
+    vectors = vectors / np.maximum(np.linalg.norm(vectors, axis=(1, 2)), 1e-30)[:, None, None]
+    rows = np.ascontiguousarray(vectors.swapaxes(0, 1)).reshape(bins, -1)
+    return BinRuns(np.append(np.flatnonzero(
+        _begins(rows, OF_SCORES * len(changes) / bins)), bins))
 
 
 def _runs(vectors, bins, weight, information):

@@ -15,7 +15,8 @@ from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.inference.whittle import whiten, whiten_each
 from ssi_ros.gap.nominal.simulator import level_prior
 from ssi_ros.gap.spectra.expected_periodogram import power_of
-from ssi_ros.hermitian import hermitian, inverse_root, white_vectors
+from ssi_ros.hermitian import inverse_root, white_vectors
+from ssi_ros.updating.merged_bins import BinRuns, runs_beside, runs_of_scores
 from ssi_ros.updating.score_variance import as_gaussian
 
 DRAWS = 4000
@@ -31,6 +32,7 @@ class Templates:
     modulation: dict        # {template: (parts, k, l, l)}, deviations from that mean
     level: float            # power of all excitation at nominal levels
     shifts: np.ndarray = None   # (t, m), by what the errors of the model are shifted beside
+    runs: BinRuns = None        # bins that count as one; every one by itself if left out
 
     def late(self, late, frame):
         """Return those of channels that are read late [samples], (l,)."""
@@ -63,8 +65,10 @@ def make_templates(simulator, effects, progress=None):
         kept.append(effect)
         changes.append(mean.astype(np.complex64))
         shifts.append(simulator.shift(Candidate((effect,))))
-    return Templates(tuple(kept), np.array(changes).reshape(-1, *base.shape[1:]), modulation,
-                     power_of(nominal.shares[:-1]), np.array(shifts) if np.any(shifts) else None)
+    changes = np.array(changes).reshape(-1, *base.shape[1:])
+    return Templates(tuple(kept), changes, modulation, power_of(nominal.shares[:-1]),
+                     np.array(shifts) if np.any(shifts) else None,
+                     runs_of_scores(inverse_root(base.mean(axis=0)), changes))
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,7 +115,7 @@ def score(templates, fitted, evidence, uncertainty, here=None, skewed=True):
     # effects and errors as the model without errors whitens them, so that what does the same is
     # the same; the record beside the most probable errors
     excess = uncertainty.seen(record, uncertainty.of(fitted))
-    total = excess.sum(axis=0).astype(np.float32)
+    total = here.runs.projected(excess.sum(axis=0, keepdims=True).astype(np.float32))[0]
     raw = record.weight * (here.flat @ total).astype(float)
     beside = (record.weight * (here.basis @ total)).astype(float)
     count = len(fitted.levels)
@@ -157,14 +161,16 @@ class Directions:
         lower = inverse_root(model)[0].astype(np.complex64)
         # templates are made at nominal levels: the excitation of the record scales them
         scaled = np.float32(np.sqrt(power_of(shares[:-1]) / templates.level)) * lower
-        self.flat = white_vectors(scaled, templates.changes)
+        self.runs = runs_beside(templates.runs, model[0])
+        self.flat = self.runs.white(scaled, templates.changes)
+        vectors = self.runs.projected(uncertainty.vectors)
         if templates.shifts is not None:
             moves = (templates.shifts @ uncertainty.into.T).astype(np.float32)
-            self.flat -= moves @ uncertainty.vectors
-        beside = [white_vectors(lower, s.mean(axis=0)[None])[0] for s in shares]
-        self.basis = np.concatenate([beside, uncertainty.vectors], dtype=np.float32)
+            self.flat -= moves @ vectors
+        beside = self.runs.white(lower, np.stack([s.mean(axis=0) for s in shares]))
+        self.basis = np.concatenate([beside, vectors], dtype=np.float32)
         self.weight = count = len(segments) / frame.inflation
-        prior = np.diag(np.append(level_prior(len(beside)), np.ones(len(uncertainty.vectors))))
+        prior = np.diag(np.append(level_prior(len(beside)), np.ones(len(vectors))))
         self.inner = np.linalg.inv(count * (self.basis @ self.basis.T).astype(float) + prior)
         self.mixed = count * (self.flat @ self.basis.T).astype(float)
         self.information = (count * (self.flat @ self.flat.T).astype(float)
@@ -186,9 +192,7 @@ class Directions:
         neighbouring bins that a taper correlates.
         """
         apart = self.flat[rows] - (self.mixed[rows] @ self.inner).astype(np.float32) @ self.basis
-        count = self.channels
-        each = hermitian(apart.reshape(len(rows), apart.shape[1] // count ** 2, count, count))
-        cubes = np.einsum('rkij,rkjm,rkmi->r', each, each, each, optimize=True).real
+        cubes = self.runs.cubes(apart, self.channels)
         taper = self.frame.taper
         of_taper = self.frame.rows ** 2 * np.sum(taper ** 6) / self.frame.inflation ** 2
         return 2 * self.weight * of_taper * cubes / self.spread[rows] ** 3
