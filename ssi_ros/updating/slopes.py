@@ -11,6 +11,7 @@ import numpy as np
 
 from ssi_ros.effects.base import lateness
 from ssi_ros.gap.candidate import Candidate
+from ssi_ros.gap.spectra.expected_periodogram import powers_of
 from ssi_ros.hermitian import real_vectors, white_vectors
 from ssi_ros.model.disturbances import Chirp, Nutation, Sine
 from ssi_ros.model.excitation import layers, source, Varying, White
@@ -152,8 +153,7 @@ def _in_real_terms(poles, colours, transforms, *terms):
 
     Of a pole and its conjugate; products with real terms cost half of those with complex ones.
     """
-    paired = np.flatnonzero(poles.imag)     # one after the other, as eigenvalues come
-    first, second = paired[::2], paired[1::2]
+    first, second = _pairs(poles)
     # the poles, their changes and R(0) of every colour
     begins = np.arange(colours)[:, None] * (2 * len(poles) + 1) + [0, len(poles)]
     first, second = ((begins[..., None] + at).ravel() for at in (first, second))
@@ -244,10 +244,11 @@ def _residues(found, inputs, rate_hz):
     away = stationary_divisor(p, rate_hz)
     bq, of_bq = b @ inputs, found.of_b @ inputs
     state = bq @ b.conj().T / away
+    # with what is Hermitian half of the change is enough, as large as it is
     half = of_bq @ b.conj().T
-    of_away = found.of_poles[:, :, None] * p.conj()
-    of_state = (half + half.conj().swapaxes(-1, -2) + state * (
-        of_away + of_away.conj().swapaxes(-1, -2))) / away
+    half += found.of_poles[:, :, None] * (p.conj() * state)
+    of_state = half + half.conj().swapaxes(-1, -2)
+    of_state /= away
     ch, of_ch = c.conj().T, found.of_c.conj().swapaxes(-1, -2)
     ahead = p[:, None] * (state @ ch) + bq @ d.T
     of_ahead = (found.of_poles[:, :, None] * (state @ ch)
@@ -269,11 +270,21 @@ def _transforms(poles, frame):
     X + X^H counts R(0) twice, and so R(0) / 2 enters X; a pole and its conjugate are both here,
     and their sum is real at every lag.
     """
-    lags = np.arange(1, frame.rows)
-    safe = np.where(np.abs(poles) < 1e-300, 1e-300, poles)
-    powers = np.exp(np.log(safe)[:, None] * (lags - 1)) * frame.overlap[1:]
-    out = []
-    for rows in (powers, powers * ((lags - 1) / safe[:, None])):
-        whole = np.fft.fft(np.pad(rows, ((0, 0), (1, 0))), axis=1)
-        out.append(whole[:, frame.first:frame.last].T)
+    bins, first, second = np.arange(frame.first, frame.last), *_pairs(poles)
+    kept = np.setdiff1d(np.arange(len(poles)), second)
+    safe, out = np.where(np.abs(poles) < 1e-300, 1e-300, poles)[kept], []
+    powers = np.zeros((len(kept), frame.rows), complex)
+    powers[:, 1:] = powers_of(safe, frame.rows - 1).T * frame.overlap[1:]
+    for rows in (powers, powers * ((np.arange(frame.rows) - 1) / safe[:, None])):
+        whole, found = np.fft.fft(rows, axis=1), np.empty((len(bins), len(poles)), complex)
+        found[:, kept] = whole[:, bins].T
+        # of the conjugate series what is at the opposite frequency
+        found[:, second] = whole[np.searchsorted(kept, first)][:, -bins].conj().T
+        out.append(found)
     return out
+
+
+def _pairs(poles):
+    """Return the numbers of the first and of the second of each conjugate pair."""
+    paired = np.flatnonzero(poles.imag)     # one after the other, as eigenvalues come
+    return paired[::2], paired[1::2]

@@ -123,6 +123,17 @@ def test_a_frequency_that_a_calibration_left_wrong_depends_on_no_amplitude():
     assert slow_variation([p for m in modes for p in m.pair])[0] > 0.02
 
 
+def test_a_family_that_is_asked_alone_finds_the_same():
+    """What simulated records are asked for is what the record was asked for."""
+    side, fitted, samples = beside_model()
+    inputs = reconstruct(side, fitted, samples, DiagnosisSettings())
+    every = {d.basis: d.p_value for d in open_set(side, fitted, inputs, samples.channels)}
+    some = open_set(side, fitted, inputs, samples.channels, ('jump of a gain', 'distribution'))
+    assert {d.basis: d.p_value for d in some} == {
+        name: every[name] for name in ('jump of a gain', 'distribution')}
+    assert open_set(side, fitted, inputs, samples.channels, ()) == ()
+
+
 def test_records_without_effect_are_quiet():
     """Of 12 records none has a joined p-value below 1e-3, and most families exceed 0.1."""
     found = [[d.p_value for d in findings(seed=s).values()] for s in range(40, 52)]

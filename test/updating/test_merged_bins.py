@@ -3,8 +3,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from ssi_ros.hermitian import real_vectors
-from ssi_ros.updating.merged_bins import LOST, merged_bins, MergedBins
+from ssi_ros.hermitian import hermitian, real_vectors
+from ssi_ros.updating.merged_bins import (
+    BinRuns, LOST, merged_bins, MergedBins, OF_SCORES, runs_beside, runs_of_scores)
 from ssi_ros.updating.probable_errors import ErrorLikelihood, most_probable
 
 BINS, CHANNELS, WEIGHT = 600, 2, 8.0
@@ -68,3 +69,46 @@ def test_the_most_probable_errors_are_those_of_all_bins(directions):
     # the loss is that of a tenth of a deviation squared, noise and the ends of two climbs beside
     assert apart @ (shown + np.eye(5)) @ apart < 2 * LOST
     assert gain > 5.0 and merged_gain == pytest.approx(gain, rel=0.01)
+
+
+def changes_of(directions):
+    """Return directions as changes of a spectrum of ones, (5, k, l, l)."""
+    return hermitian(directions.reshape(5, BINS, CHANNELS, CHANNELS)).astype(np.complex64)
+
+
+def test_scores_keep_what_a_record_shows(directions):
+    """In the mean over effects 0.3 % of their squares are lost, with a third of the bins."""
+    identity = np.tile(np.eye(CHANNELS, dtype=complex), (BINS, 1, 1))
+    changes = changes_of(directions)
+    runs = runs_of_scores(identity, changes)
+    assert len(runs.edges) < BINS / 3 and runs.edges[0] == 0 and runs.edges[-1] == BINS
+    lower = identity.astype(np.complex64)
+    kept = np.sum(np.square(runs.white(lower, changes)), axis=1) / np.sum(np.square(
+        directions), axis=1)
+    assert 1 - kept.mean() < OF_SCORES and kept.max() < 1 + 1e-6
+
+
+def test_projections_are_orthogonal_and_keep_what_is_constant():
+    """Products of what is constant in every run stay; so do sums of traces of cubes."""
+    rng = np.random.default_rng(8)
+    runs = BinRuns(np.array([0, 1, 4, 5, 12]))
+    levels = rng.standard_normal((3, 4, CHANNELS ** 2))
+    whole = np.repeat(levels, np.diff(runs.edges), axis=1).reshape(3, -1)
+    short = runs.projected(whole)
+    assert short @ short.T == pytest.approx(whole @ whole.T)
+    each = hermitian(whole.reshape(3, 12, CHANNELS, CHANNELS))
+    assert runs.cubes(short, CHANNELS) == pytest.approx(
+        np.einsum('rkij,rkjm,rkmi->r', each, each, each).real)
+    other = rng.standard_normal((1, whole.shape[1]))
+    assert runs.projected(other) @ short.T == pytest.approx(other @ whole.T)
+
+
+def test_a_resonance_that_no_template_has_is_resolved():
+    """A model whose peak lies within a run keeps its bins apart; without runs all are."""
+    bins = np.arange(BINS)
+    peak = 1 + 50 / (1 + (bins - 200.0) ** 2)
+    model = peak[:, None, None] * np.eye(CHANNELS)
+    one = BinRuns(np.array([0, BINS]))
+    found = runs_beside(one, model)
+    assert set(range(197, 204)) <= set(found.edges) and len(found.edges) < BINS / 4
+    assert len(runs_beside(None, model).edges) == BINS + 1
