@@ -14,10 +14,10 @@ def drifting(setup, times_s):
     """
     Return a drifting setup at few instants, and how its spectra at others follow from these.
 
-    As a function of the drift a resonance is analytic up to its damping ratio: a polynomial at
-    Chebyshev points errs by rho^-n, rho + 1 / rho twice the damping ratio over the half of the
-    range of relative frequency, turned by 90 degrees (Trefethen, Approximation Theory and
-    Approximation Practice, 2013, theorem 8.2).
+    A resonance is an analytic function of its frequency, up to its damping ratio zeta: with r half
+    of the range of the relative frequency a polynomial at n Chebyshev points errs by
+    exp(-n arsinh(zeta / r)). Source: Trefethen, Approximation Theory and Approximation Practice,
+    2013, theorem 8.2.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ def drifting(setup, times_s):
 
 
 def _own(spectra):
-    """Return of the spectrum at every time what is of that time."""
+    """Return spectra at times, each with its part of that time, (t, ...)."""
     return np.stack([s[i % len(s)] for i, s in enumerate(spectra)])
 
 
