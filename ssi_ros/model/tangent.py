@@ -14,12 +14,14 @@ APART = 1e-9            # relative: nearer poles are one, whose vectors no first
 @dataclass(frozen=True, eq=False)
 class Tangent:
     """
-    A sampled system with both of each pair of poles, and p changes of it.
+    A sampled system and p changes of it; of each pair of poles one is kept, with weight 2.
 
-    z(k+1) = poles z(k) + b u(k), y = c z + d u; the changes have one more axis in front.
+    z(k+1) = poles z(k) + b u(k), y = Re(c weight z) + d u; the changes have one more axis in
+    front.
     """
 
     poles: np.ndarray       # (n,)
+    weight: np.ndarray      # (n,), 1 of a real pole
     b: np.ndarray           # (n, m)
     c: np.ndarray           # (l, n)
     d: np.ndarray           # (l, m)
@@ -58,9 +60,6 @@ def tangent(system, mass, damping, stiffness, sensor, forces):
     to_state = np.concatenate([stiffness[:, :, positions], damping[:, :, speeds]], axis=2)
     of_acceleration = -inverse @ (to_state + mass @ acceleration)
     of_feed = inverse @ (forces - mass @ feed)
-    values, vectors, back = system.plant.diagonal
-    c, b = system.plant.c @ vectors, back @ system.plant.b
-    turned = back[:, n:] @ (of_acceleration[:, speeds] @ vectors)
     of_c = sensor @ acceleration + system.sensor @ of_acceleration
     of_d = sensor @ feed + system.sensor @ of_feed
     for i, kind in enumerate(system.kinds):
@@ -68,15 +67,36 @@ def tangent(system, mass, damping, stiffness, sensor, forces):
             at, first = (speeds, n) if kind == 'velocity' else (positions, 0)
             of_c[:, i], of_d[:, i] = 0.0, 0.0
             of_c[:, i, first + np.arange(len(at))] = sensor[:, i, at]
-    of_c = of_c @ vectors
-    of_values = np.einsum('pii->pi', turned).copy()
-    away = values[None, :] - values[:, None]
-    near = np.abs(away) <= APART * np.abs(values).max()
-    turned /= np.where(near, np.inf, away)
-    of_b = back[:, n:] @ of_feed[:, speeds] - turned @ b
-    of_c += c @ turned
+    values, vectors, back = system.plant.diagonal
+    keep = values.imag >= 0
+    values, vectors, back = values[keep], vectors[:, keep], back[keep]
+    pair = values.imag > 0
+    c, b, into = system.plant.c @ vectors, back @ system.plant.b, back[:, n:]
+    # towards each vector, and towards its conjugate
+    moved = _by_complex(of_acceleration[:, speeds], vectors)
+    real = _by_complex(np.ascontiguousarray(into.real), moved)
+    imag = _by_complex(np.ascontiguousarray(into.imag), 1j * moved)
+    own, other = real + imag, real - imag
+    of_values = np.einsum('pii->pi', own).copy()
+    own *= _over(values[None, :] - values[:, None], values)
+    other *= _over(values[None, :] - values[:, None].conj(), values)
+    of_b = (_by_complex(of_feed[:, speeds].swapaxes(1, 2), into.T).swapaxes(1, 2) - own @ b
+            - (other @ (pair[:, None] * b)).conj())
+    of_c = _by_complex(of_c, vectors) + c @ own + (pair * c.conj()) @ other
     step = values / rate_hz
     poles, held = np.exp(step), np.expm1(step) / values
     of_held = (poles / rate_hz - held) / values * of_values
-    return Tangent(poles, held[:, None] * b, c, system.plant.d, poles / rate_hz * of_values,
+    return Tangent(poles, 1.0 + pair, held[:, None] * b, c, system.plant.d,
+                   poles / rate_hz * of_values,
                    held[:, None] * of_b + of_held[:, :, None] * b, of_c, of_d)
+
+
+def _by_complex(real, other):
+    """Return a real (..., n) times a complex (n, h) matrix, as a product of real ones."""
+    return (real @ np.ascontiguousarray(other).view(float)).view(complex)
+
+
+def _over(away, values):
+    """Return the reciprocals of differences of poles, zero where two are one."""
+    near = np.abs(away) <= APART * np.abs(values).max()
+    return np.where(near, 0.0, 1 / np.where(near, 1.0, away))

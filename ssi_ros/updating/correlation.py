@@ -9,10 +9,9 @@ fitted beside all else, eq. (192) of docs/theory-gap.md. How channels move in pr
 matter: that is in the noise, which is independent.
 """
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
-from scipy.signal import lfilter
 
 from ssi_ros.effects.base import lateness
 from ssi_ros.effects.statistical_linearisation import linearise
@@ -132,13 +131,20 @@ def _modal_powers(sampled, system, levels):
 
 def _of_mode(pole, bins, frame):
     """Return the periodogram of a mode of unit power, (k,), and what its heights covary more."""
-    rows = np.arange(frame.rows)
-    waves = frame.taper * np.exp(-2j * np.pi / frame.rows * np.outer(bins, rows))
-    # E x(n) x(m)* = p^(n - m): in a segment, by the recursion over m, and from one to later ones
-    half = waves @ lfilter([1.0], [1.0, -pole], waves.conj().T, axis=0)
-    inside = half + half.conj().T - waves @ waves.conj().T
+    rows, (turns, lagged) = np.arange(frame.rows), _tables(frame.taper.tobytes())
+    at = bins - bins[len(bins) // 2]
+    turns, middle = turns[at + AROUND], np.exp(-2j * np.pi / frame.rows * (bins - at)[0] * rows)
+    decay = np.exp(np.log(pole) * rows)
+    # E x(n) x(m)* = p^(n - m): in a segment, by the lags n - m, and from one to later ones
+    real, imag = ((turns * (decay * middle)) @ part.T for part in (lagged.real, lagged.imag))
+    apart = np.subtract.outer(bins, bins).T
+    i, d = np.arange(len(bins))[:, None], np.abs(apart)
+    half = real[i, d] + 1j * np.sign(apart) * imag[i, d]
+    alone = lagged[d, 0].real + 1j * np.sign(apart) * lagged[d, 0].imag
+    inside = half + half.conj().T - alone
     power = np.real(np.diag(inside))
-    later, before = waves @ pole ** rows, waves.conj() @ pole ** -rows
+    later = turns @ (frame.taper * middle * decay)
+    before = turns @ (frame.taper * middle / decay.conj())
     begins = np.array(frame.begins, float)
     apart = (begins[:, None] - begins)[np.tril_indices(len(begins), -1)]
     pairs = np.sum(np.abs(pole) ** (2 * apart)) / len(begins)
@@ -146,4 +152,20 @@ def _of_mode(pole, bins, frame):
     coherence = (np.abs(inside) ** 2 + across + across.T) / np.outer(power, power)
     # of white noise, whose sum is the inflation that all bins have
     white = np.abs(np.fft.fft(frame.taper ** 2)) ** 2
-    return power, (coherence - white[np.abs(np.subtract.outer(bins, bins))]) / frame.inflation
+    return power, (coherence - white[d]) / frame.inflation
+
+
+@lru_cache(maxsize=2)
+def _tables(taper):
+    """
+    Return what all modes share, of a taper (n,) as bytes.
+
+    e^(-j omega m) at bins up to AROUND on both sides, and, by the bins that two are apart, the sum
+    over n of taper(n + m) taper(n) e^(j omega n), (2 AROUND + 1, n) each.
+    """
+    taper = np.frombuffer(taper)
+    rows, count = np.arange(len(taper)), 2 * AROUND + 1
+    turns = np.exp(-2j * np.pi / len(taper) * np.outer(np.arange(count), rows))
+    tapered = np.fft.fft(taper, 2 * len(taper)) * np.fft.fft(
+        taper * turns, 2 * len(taper)).conj()
+    return (turns * turns[AROUND].conj(), np.fft.ifft(tapered)[:, :len(taper)])

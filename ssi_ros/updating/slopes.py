@@ -50,8 +50,8 @@ class PlainSlopes:
     """
 
     transforms: np.ndarray  # (k, j), of every pole, of its derivative, and of R(0) / 2
-    terms: np.ndarray       # (j, l, l), real
-    of_terms: np.ndarray    # (j, l l, p), their derivatives
+    terms: np.ndarray       # (l l, j), real
+    of_terms: np.ndarray    # (p, l l, j), their derivatives
     outputs: np.ndarray     # G, (1 or k, l, l): gains, cross-talk, delays
     of_gains: np.ndarray    # (p, l), relative, of the channels before all that
     changes: tuple          # of the matrices and of the gains, for places near by
@@ -65,9 +65,9 @@ class PlainSlopes:
         """
         scaled = lower @ self.outputs
         pull = scaled.conj().swapaxes(-1, -2) @ excess @ scaled
-        gathered = self.transforms.T @ pull.reshape(len(pull), -1)      # tr(A X) = A^T : X
-        turned = gathered.reshape(self.terms.shape).swapaxes(-1, -2).reshape(len(gathered), -1)
-        found = 2 * np.einsum('jc,jcp->p', turned.real, self.of_terms)
+        turned = pull.swapaxes(-1, -2).reshape(len(pull), -1)       # tr(A X) = A^T : X
+        gathered = (turned.T @ self.transforms).real
+        found = 2 * self.of_terms.reshape(len(self.of_terms), -1) @ gathered.ravel()
         return found + self.of_gains @ (2 * np.einsum('kij,kji->i', self._spectrum(), pull).real)
 
     def at(self, bins):
@@ -77,10 +77,9 @@ class PlainSlopes:
 
     def whitened(self, lower):
         """Return the whitened derivatives as real vectors, (p, k l l), in single precision."""
-        (bins, count, _), p = lower.shape, self.of_terms.shape[-1]
-        of_terms = self.of_terms.transpose(2, 1, 0).reshape(-1, len(self.of_terms))
-        of_terms, by_bin = of_terms.astype(np.float32), np.ascontiguousarray(
-            self.transforms.T, np.complex64).view(np.float32)
+        (bins, count, _), p = lower.shape, len(self.of_terms)
+        of_terms = self.of_terms.reshape(-1, self.terms.shape[-1]).astype(np.float32)
+        by_bin = np.ascontiguousarray(self.transforms.T, np.complex64).view(np.float32)
         scaled, own = (lower @ self.outputs).astype(np.complex64), self._spectrum().astype(
             np.complex64)
         mixed = np.any(np.triu(scaled, 1))      # by cross-talk
@@ -100,8 +99,8 @@ class PlainSlopes:
 
     def _spectrum(self):
         """Return X + X^H, (k, l, l)."""
-        half = (self.transforms @ self.terms.reshape(len(self.terms), -1)).reshape(
-            -1, *self.terms.shape[1:])
+        count = self.outputs.shape[-1]
+        half = (self.transforms @ self.terms.T).reshape(-1, count, count)
         return half + half.conj().swapaxes(-1, -2)
 
 
@@ -131,41 +130,25 @@ def plain_slopes(simulator, levels, sizes, candidate=Candidate(), changes=None):
     found = tangent(system, *of_matrices)
     factors = settling(found.poles, system.rate_hz, frame.settles)
     found = replace(found, poles=factors * found.poles, of_poles=factors * found.of_poles)
-    by_pole, by_its_change = _transforms(found.poles, frame)
+    by_pole, by_its_change = _transforms(found, frame)
     whole = np.hstack([by_pole, by_its_change,
                        np.full((len(by_pole), 1), frame.overlap[0] / 2)])
-    transforms, all_terms, all_of_terms = [], [], []
+    transforms, terms, of_terms = [], [], []
     for colour, inputs in colours:
-        terms, now, of_terms, of_now = _residues(found, inputs, system.rate_hz)
-        moved = np.einsum('nij,pn->nijp', terms, found.of_poles)
+        res, of_res, now, of_now = _residues(found, inputs, system.rate_hz)
+        moved = res * found.of_poles[:, None, None]
         transforms.append(np.reshape(colour, (-1, 1)) * whole)
-        all_terms += [terms, np.zeros_like(terms), now[None]]
-        all_of_terms += [of_terms, moved, of_now[None]]
-    transforms, *terms = _in_real_terms(found.poles, len(colours), np.hstack(transforms),
-                                        np.concatenate(all_terms), np.concatenate(all_of_terms))
-    return PlainSlopes(transforms, terms[0], terms[1].reshape(len(terms[1]), -1, len(sizes)),
+        terms += [_real(res), _real(np.zeros_like(res)), now[..., None]]
+        of_terms += [_real(of_res), _real(moved), of_now[..., None]]
+    terms, of_terms = (np.concatenate(t, axis=-1) for t in (terms, of_terms))
+    return PlainSlopes(np.hstack(transforms), terms.reshape(-1, terms.shape[-1]),
+                       of_terms.reshape(len(sizes), -1, terms.shape[-1]),
                        _outputs(setup, frame), of_gains, changes, found.poles)
 
 
-def _in_real_terms(poles, colours, transforms, *terms):
-    """
-    Return transforms and real terms: T a + T' a* = (T + T') Re a + j (T - T') Im a.
-
-    Of a pole and its conjugate; products with real terms cost half of those with complex ones.
-    """
-    first, second = _pairs(poles)
-    # the poles, their changes and R(0) of every colour
-    begins = np.arange(colours)[:, None] * (2 * len(poles) + 1) + [0, len(poles)]
-    first, second = ((begins[..., None] + at).ravel() for at in (first, second))
-    transforms = transforms.copy()
-    one, two = transforms[:, first], transforms[:, second]
-    transforms[:, first], transforms[:, second] = one + two, 1j * (one - two)
-    found = []
-    for each in terms:
-        real = each.real.copy()
-        real[second] = each[first].imag
-        found.append(real)
-    return transforms, *found
+def _real(terms):
+    """Return complex terms (..., n) as real ones (..., 2 n), the parts one after the other."""
+    return np.ascontiguousarray(terms).view(float)
 
 
 def summed_bins(poles, frame):
@@ -239,52 +222,52 @@ def _outputs(setup, frame):
 
 
 def _residues(found, inputs, rate_hz):
-    """Return res (n, l, l) and R(0) (l, l), and their derivatives (n, l, l, p), eq. (167)."""
+    """
+    Return the residues of poles and R(0), and their derivatives, eq. (167).
+
+    They are (l, l, n), (p, l, l, n), (l, l), (p, l, l); of the state covariance the rows of the
+    poles that are kept are computed, against both of each pair.
+    """
     p, b, c, d = found.poles, found.b, found.c, found.d
-    away = stationary_divisor(p, rate_hz)
+    n, pair = len(p), found.weight > 1
+    poles, all_b = (np.concatenate([x, x[pair].conj()]) for x in (p, b))
+    ch = np.hstack([c, c[:, pair].conj()]).conj()
+    over = 1 / stationary_divisor(poles, rate_hz)[:n]
     bq, of_bq = b @ inputs, found.of_b @ inputs
-    state = bq @ b.conj().T / away
-    # with what is Hermitian half of the change is enough, as large as it is
-    half = of_bq @ b.conj().T
-    half += found.of_poles[:, :, None] * (p.conj() * state)
-    of_state = half + half.conj().swapaxes(-1, -2)
-    of_state /= away
-    ch, of_ch = c.conj().T, found.of_c.conj().swapaxes(-1, -2)
-    ahead = p[:, None] * (state @ ch) + bq @ d.T
-    of_ahead = (found.of_poles[:, :, None] * (state @ ch)
-                + p[:, None] * (of_state @ ch + state @ of_ch)
-                + of_bq @ d.T + bq @ found.of_d.swapaxes(-1, -2))
-    now = (c @ state @ ch + d @ inputs @ d.T).real
-    of_now = found.of_c @ state @ ch + found.of_d @ inputs @ d.T
-    of_now = (of_now + of_now.conj().swapaxes(-1, -2) + c @ of_state @ ch).real
-    terms = c.T[:, :, None] * ahead[:, None, :]
-    of_terms = (np.einsum('pin,nj->nijp', found.of_c, ahead)
-                + np.einsum('in,pnj->nijp', c, of_ahead))
-    return terms, now, of_terms, of_now.transpose(1, 2, 0)
+    state = bq @ all_b.conj().T * over
+    moved = ch @ state.T                # of the state covariance and the channels, (l, n)
+    ahead = p * moved + d @ bq.T
+    # what a change of this pole's inputs and of all others' makes of the state covariance
+    own = (over[:, None] * ch) @ all_b.conj()
+    of_moved = (of_bq.transpose(1, 0, 2) @ own.swapaxes(1, 2)).transpose(1, 2, 0)
+    of_moved = of_moved + found.of_poles[:, None] * (ch @ (poles.conj() * state * over).T)
+    of_poles = np.hstack([found.of_poles.conj(), found.of_poles[:, pair]])
+    others = np.hstack([found.of_b.conj(), found.of_b[:, pair]]) @ bq.T
+    others += of_poles[:, :, None] * (p[:, None] * state).T
+    others *= over.T
+    of_ch = np.concatenate([found.of_c, found.of_c[:, :, pair].conj()], axis=2).conj()
+    of_moved += ch @ others
+    of_ahead = (found.of_poles[:, None] * moved + p * (of_moved + of_ch @ state.T)
+                + d @ of_bq.swapaxes(1, 2) + found.of_d @ bq.T)
+    now = (found.weight * c @ moved.T + d @ inputs @ d.T).real
+    of_now = (found.weight * found.of_c @ moved.T + found.of_d @ inputs @ d.T).real
+    of_now = of_now + of_now.swapaxes(1, 2) + (
+        found.weight * c @ of_moved.swapaxes(1, 2)).real
+    return (c[:, None] * ahead, found.of_c[:, :, None] * ahead + c[:, None] * of_ahead[:, None],
+            now, of_now)
 
 
-def _transforms(poles, frame):
+def _transforms(found, frame):
     """
-    Return sum_lag overlap p^(lag - 1) e^(-j omega lag), lag = 1, ..., and its slope by p, (k, n).
+    Return sum_lag overlap p^(lag - 1) e^(-j omega lag), lag = 1, ..., and its slope, (k, 2 n).
 
-    X + X^H counts R(0) twice, and so R(0) / 2 enters X; a pole and its conjugate are both here,
-    and their sum is real at every lag.
+    Of T a + T' a* of a pole and its conjugate, that of Re a and that of Im a: transforms of real
+    series. X + X^H counts R(0) twice, and so R(0) / 2 enters X.
     """
-    bins, first, second = np.arange(frame.first, frame.last), *_pairs(poles)
-    kept = np.setdiff1d(np.arange(len(poles)), second)
-    safe, out = np.where(np.abs(poles) < 1e-300, 1e-300, poles)[kept], []
-    powers = np.zeros((len(kept), frame.rows), complex)
-    powers[:, 1:] = powers_of(safe, frame.rows - 1).T * frame.overlap[1:]
-    for rows in (powers, powers * ((np.arange(frame.rows) - 1) / safe[:, None])):
-        whole, found = np.fft.fft(rows, axis=1), np.empty((len(bins), len(poles)), complex)
-        found[:, kept] = whole[:, bins].T
-        # of the conjugate series what is at the opposite frequency
-        found[:, second] = whole[np.searchsorted(kept, first)][:, -bins].conj().T
-        out.append(found)
+    safe = np.where(np.abs(found.poles) < 1e-300, 1e-300, found.poles)
+    powers = found.weight * powers_of(safe, frame.rows - 1) * frame.overlap[1:, None]
+    rows, out = np.zeros((frame.rows, 2 * len(safe))), []
+    for each in (powers, powers * (np.arange(frame.rows - 1)[:, None] / safe)):
+        rows[1:] = each.conj().view(float)
+        out.append(np.fft.rfft(rows, axis=0)[frame.first:frame.last])
     return out
-
-
-def _pairs(poles):
-    """Return the numbers of the first and of the second of each conjugate pair."""
-    paired = np.flatnonzero(poles.imag)     # one after the other, as eigenvalues come
-    return paired[::2], paired[1::2]

@@ -15,7 +15,9 @@ from ssi_ros.updating.slopes import plain_slopes, slopes
 EFFECTS = ('', 'sensor_gain:channel=e1_a,scale=1.1', 'added_mass:array=E1,mass_kg=1,along_m=5',
            'sensor_crosstalk:source=e1_a,channel=e2_a,gain=0.005', 'fuel_slosh:mass_kg=20',
            'channel_delay:channel=e1_b,delay_s=0.003', 'excitation_colour:corner_hz=20',
-           'hinge_compliance:array=E2,stiffness_n_m_rad=1e6')
+           'hinge_compliance:array=E2,stiffness_n_m_rad=1e6',
+           # without oscillation: real poles, of which there is no pair
+           'attitude_controller:bandwidth_hz=0.05,damping_ratio=1.5')
 
 
 @pytest.mark.parametrize('text, late', [*((t, ()) for t in EFFECTS),
