@@ -18,7 +18,8 @@ import time
 
 import numpy as np
 
-from ssi_ros.effects import applicable, effect_class, inject, places, simulate_setup
+from ssi_ros.effects import (
+    applicable, effect_class, inject, parse_effect, places, simulate_setup)
 from ssi_ros.gap.detectors.input_reconstruction import reconstruct
 from ssi_ros.gap.driver import diagnose
 from ssi_ros.gap.inference.model_fit import fit
@@ -43,6 +44,7 @@ ROUNDS = 16             # in which a size is found
 TOLERANCE = 0.08        # of the logarithm of d'
 MOST_ABOVE = 1.5        # of the deviations that are asked for
 SURE = 4.0              # d' from which a diagnosis is asked to be right
+TIED_SHARE = 0.05       # of the probability of the best, from which another place is tied with it
 
 
 class Oracle:
@@ -237,18 +239,42 @@ def summary(path):
         flagged = [c for c in some if c['outcome'] == 'UNEXPLAINED']
         print(f"d'={detection:g}: {len(some)} cases, seen {len(seen)}, strict {len(right)}, "
               f'class {len(alike)}, top 3 {len(three)}, unexplained {len(flagged)}')
-    values = inside = 0
-    for c in cases:
-        for k in c['candidates'][:1]:
-            if sorted(k['effects']) == sorted(c['effects']):
-                for name, v in k['parameters'].items():
-                    if v['low90'] is not None and name in c['truth']:
-                        values += 1
-                        inside += v['low90'] <= c['truth'][name] <= v['high90']
-    if values:
-        print(f'90 % intervals cover {inside} of {values}')
+    first, there = (covered(cases, own) for own in (False, True))
+    if first[1]:
+        print('90 % intervals cover {} of {}'.format(*first)
+              + ', at the true place where that is tied {} of {}'.format(*there))
     print(f'seconds: median {np.median([c["seconds"] for c in cases]):.1f}, '
           f'largest {max(c["seconds"] for c in cases):.1f}')
+
+
+def covered(cases, own):
+    """
+    Return how many 90 % intervals of right answers hold the truth, and how many there are.
+
+    Those of the most probable candidate; `own`: of the one at the true place (channel, array)
+    where that is tied with it.
+    """
+    inside = total = 0
+    for c in cases:
+        best, *others = c['candidates']
+        if sorted(best['effects']) != sorted(c['effects']):
+            continue
+        for k in others if own else ():
+            if k['effects'] == best['effects'] and at_its_place(k, c) and not at_its_place(
+                    best, c) and k['probability'] > TIED_SHARE * best['probability']:
+                best = k
+        for name, v in best['parameters'].items():
+            if v['low90'] is not None and name in c['truth']:
+                total += 1
+                inside += v['low90'] <= c['truth'][name] <= v['high90']
+    return inside, total
+
+
+def at_its_place(candidate, case):
+    """Return whether every channel and array of a candidate is that of the effects in a case."""
+    true = {f'{e.name}.{f.name}': getattr(e, f.name) for e in map(parse_effect, case['texts'])
+            for f in e.words()}
+    return all(v['value'] == true[k] for k, v in candidate['parameters'].items() if k in true)
 
 
 def main():

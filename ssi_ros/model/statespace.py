@@ -72,12 +72,15 @@ class StateSpace:
         scale = np.ones(len(self.a)) if self.scale is None else self.scale
         values, vectors = np.linalg.eig(self.a * scale[:, None] / scale[None, :])
         # LAPACK gives the pair of a complex value as exact conjugates, and this keeps it so.
-        condition = np.linalg.cond(vectors) if len(values) else 1.0
+        try:
+            inverse = np.linalg.inv(vectors)
+            condition = np.linalg.norm(vectors) * np.linalg.norm(inverse)
+        except np.linalg.LinAlgError:       # two vectors are one
+            condition = np.inf
         if not condition < WORST_CONDITION:
             raise ValueError(f'the modes of the system are not independent (condition '
                              f'{condition:.1e} of the eigenvectors): two of its poles coincide; '
                              'change a damping, a stiffness or a controller a little')
-        inverse = np.linalg.inv(vectors)
         return values.astype(complex), vectors / scale[:, None], inverse * scale[None, :]
 
     def modes(self):

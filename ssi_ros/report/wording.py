@@ -29,7 +29,7 @@ def headline(found):
     best = found['candidates'][0] if found['candidates'] else None
     if found['outcome'] not in ('EXPLAINED', 'TIED') or not best['parameters']:
         return found['reason']
-    sizes = ', and '.join(filter(None, (_sentence(best, name) for name in best['effects'])))
+    sizes = _sentences(best)
     if not sizes:
         return found['reason']
     sure = f'(probability {probability_text(best["probability"])})'
@@ -42,7 +42,7 @@ def headline(found):
         if c['effects'] == best['effects'] and c['probability'] >= LEAST_PLACE:
             places = _places(c)
             if places and places != _places(best):
-                said += (f'. It may also be at {listed(places)} '
+                said += (f'. It could also be {_sentences(c) or listed(places)} '
                          f'(probability {probability_text(c["probability"])})')
     others = [n for n in found['verdict']['class'] if n not in best['effects']]
     if found['outcome'] == 'TIED' and others:
@@ -160,6 +160,11 @@ def compact(numbers):
         made.append((f'{stem} of {len(members)} modes',
                      f'{min(values):.4g} to {max(values):.4g}'))
     return made
+
+
+def _sentences(candidate):
+    """Return what `_sentence` says of every effect of a candidate."""
+    return ', and '.join(filter(None, (_sentence(candidate, n) for n in candidate['effects'])))
 
 
 def _sentence(candidate, effect):

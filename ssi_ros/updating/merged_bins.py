@@ -111,7 +111,7 @@ def runs_of_scores(lower, changes):
     if not len(changes):
         return BinRuns(np.arange(bins + 1))
     vectors = white_vectors(lower.astype(np.complex64), changes).reshape(len(changes), bins, -1)
-    vectors = vectors / np.maximum(np.linalg.norm(vectors, axis=(1, 2)), 1e-30)[:, None, None]
+    vectors /= np.maximum(np.linalg.norm(vectors, axis=(1, 2)), 1e-30)[:, None, None]
     rows = np.ascontiguousarray(vectors.swapaxes(0, 1)).reshape(bins, -1)
     return BinRuns(np.append(np.flatnonzero(
         _begins(rows, OF_SCORES * len(changes) / bins)), bins))

@@ -48,7 +48,8 @@ def make_templates(simulator, effects, progress=None):
     """Compute the templates of effects around the simulator's nominal spectrum."""
     nominal = simulator.expected(Candidate())
     base = nominal.at_nominal
-    kept, changes, shifts, modulation, others = [], [], [], {}, SecondDegree()
+    kept, shifts, modulation, others = [], [], {}, SecondDegree()
+    changes = np.empty((len(effects), *base.shape[1:]), np.complex64)
     for i, effect in enumerate(effects):
         if progress is not None:
             progress(i / len(effects))
@@ -62,10 +63,10 @@ def make_templates(simulator, effects, progress=None):
         mean = change.mean(axis=0)
         if len(change) > 1:
             modulation[len(kept)] = (change - mean).astype(np.complex64)
+        changes[len(kept)] = mean
         kept.append(effect)
-        changes.append(mean.astype(np.complex64))
         shifts.append(simulator.shift(Candidate((effect,))))
-    changes = np.array(changes).reshape(-1, *base.shape[1:])
+    changes = changes[:len(kept)]
     return Templates(tuple(kept), changes, modulation, power_of(nominal.shares[:-1]),
                      np.array(shifts) if np.any(shifts) else None,
                      runs_of_scores(inverse_root(base.mean(axis=0)), changes))

@@ -6,6 +6,7 @@ from scipy.stats import norm
 
 from ssi_ros.effects import effect_class
 from ssi_ros.effects.base import Site
+from ssi_ros.effects.likeness import OWN_ERROR, separate_by
 from ssi_ros.gap.comparison import Comparison, Location, Residual
 from ssi_ros.gap.diagnosis import Diagnosis, Explanation, p_value_text
 from ssi_ros.gap.selection.cross_validation import reduction
@@ -15,7 +16,6 @@ from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.open_set.families import FAMILIES
 
 NOWHERE = (float('nan'),) * 3
-OWN_ERROR = 'model_error'       # in the class of an effect that the nominal's own error looks like
 NO_VERDICT = {'effects': (), 'class': (), 'probability': 0.0}
 
 
@@ -120,7 +120,7 @@ def conclude(case):
                     sensors=_sensors(case.location.sensors, ranked, shares))
     return Diagnosis(
         outcome, reason, case.gap, where, tuple(found) + others, verdict,
-        separate_by(verdict['class']), case.texts,
+        separate_by(verdict['class'] and verdict['class'] + _elsewhere(tied)), case.texts,
         tuple({'effects': c.names or ('none',), 'closed': reduction(case.null, c)[0]}
               for c in case.controls))
 
@@ -129,25 +129,6 @@ def is_inside(ranked, residual):
     """Return whether what a candidate leaves is inside the floor."""
     left = beside_law(residual.p_value, ranked.explained)
     return ranked.inside and left >= LIMITS['residual_p'].value
-
-
-def separate_by(names):
-    """Return what would distinguish the effects of a class."""
-    if len(names) < 2:
-        return ()
-    classes = [effect_class(n) for n in names if n != OWN_ERROR]
-    sites, words = {c.site for c in classes}, []
-    if Site.TIMING in sites:
-        words.append('time stamps of an independent clock')
-    if Site.EXCITATION in sites:
-        words.append('another excitation, such as a slew or a known torque')
-    if Site.SENSOR in sites:
-        words.append('a sensor moved to another place, or two sensors swapped')
-    if OWN_ERROR in names:
-        words.append('a healthy recording to calibrate the model on')
-    if sum(c.site is Site.STRUCTURE for c in classes) > 1:
-        words.append('a longer record, or another level of excitation')
-    return tuple(words)
 
 
 def _outcome(case, best, top, tied, shares):
@@ -192,6 +173,13 @@ def _class_of(case, found, ranked, shares):
                           + tuple(n for r in near for n in r.fit.candidate.equivalents))
     return tied, {'effects': top.effects, 'class': tuple(alike),
                   'probability': float(sum(e.probability for e in tied))}
+
+
+def _elsewhere(tied):
+    """Return the effects of the best explanation once for every other place they may be at."""
+    least = LIMITS['tied_share'].value * tied[0].probability
+    return tuple(n for e in tied[1:] if e.effects == tied[0].effects and e.probability > least
+                 for n in e.effects)
 
 
 def _corrected(detection):

@@ -95,14 +95,15 @@ def test_the_opposite_of_an_effect(text, opposite):
 
 
 def test_the_first_sentence_names_the_other_place():
-    """With its probability, and none that is improbable."""
-    def at(channel, probability):
+    """With the size that it has there and its probability, and none that is improbable."""
+    def at(channel, probability, scale=1.01):
         return {'effects': ['sensor_gain'], 'probability': probability, 'closed': None,
                 'parameters': {
                     'sensor_gain.channel': {'value': channel, 'std': None, 'unit': ''},
-                    'sensor_gain.scale': {'value': 1.01, 'std': 1e-3, 'unit': '1'}}}
+                    'sensor_gain.scale': {'value': scale, 'std': 1e-3, 'unit': '1'}}}
     found = {'outcome': 'EXPLAINED', 'reason': 'r', 'verdict': {'class': ['sensor_gain']},
-             'candidates': [at('e1_a', 0.5), at('e1_b', 0.3), at('e2_a', 0.01)]}
+             'candidates': [at('e1_a', 0.5), at('e1_b', 0.3, 0.99), at('e2_a', 0.01)]}
     said = headline(found)
-    assert 'It may also be at channel e1_b (probability 0.30)' in said
+    assert ('It could also be sensor_gain: scale of channel e1_b is 0.990 +- 0.001 '
+            '(probability 0.30)') in said
     assert 'e2_a' not in said
