@@ -17,6 +17,7 @@ from ssi_ros.quantity import check, in_range, quantities
 
 
 INPUT = 'drives'        # quantity that names an input: which one is given, not sought
+SMALL = 2e-4            # of a starting value: what goes by its square is as small a share of it
 
 
 class Site(str, Enum):
@@ -208,6 +209,14 @@ class Effect:
     def limit(self):
         """Largest value that a channel can have [m/s^2]."""
         return math.inf
+
+    @property
+    def first_order(self):
+        """Share of its size at which it changes a spectrum in proportion; 1 if none is small."""
+        null = self.size_quantity().default
+        starts = {round(abs(v - null), 12) for v in self.starts.get(self.size, ())} - {0.0}
+        linear = self.power == 1.0 and not self.nonlinear and len(starts) == 1
+        return SMALL if linear and math.isfinite(null) else 1.0
 
     def kind(self):
         """Return its name and the channels and arrays it is at, whatever its numbers."""

@@ -14,6 +14,7 @@ from ssi_ros.effects.second_degree import SecondDegree
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.inference.whittle import whiten, whiten_each
 from ssi_ros.gap.nominal.simulator import level_prior
+from ssi_ros.gap.nominal.starting_points import at_size
 from ssi_ros.gap.spectra.expected_periodogram import power_of
 from ssi_ros.hermitian import inverse_root, white_vectors
 from ssi_ros.updating.merged_bins import BinRuns, runs_beside, runs_of_scores
@@ -45,27 +46,34 @@ class Templates:
 
 
 def make_templates(simulator, effects, progress=None):
-    """Compute the templates of effects around the simulator's nominal spectrum."""
+    """
+    Compute the templates of effects around the simulator's nominal spectrum.
+
+    Of a model whose errors are declared they are derivatives where an effect is smooth: errors as
+    wide take up nearly all of it, and what goes by its square would be all that is left, (105h).
+    """
     nominal = simulator.expected(Candidate())
-    base = nominal.at_nominal
+    base, errors = nominal.at_nominal, simulator.spacecraft.calibration
+    declared = bool(errors.names) and not errors.covariance
     kept, shifts, modulation, others = [], [], {}, SecondDegree()
     changes = np.empty((len(effects), *base.shape[1:]), np.complex64)
     for i, effect in enumerate(effects):
         if progress is not None:
             progress(i / len(effects))
-        change = others.change(effect)
+        change, share = others.change(effect), effect.first_order if declared else 1.0
+        candidate = Candidate((at_size(effect, share) if share < 1.0 else effect,))
         if change is None:
-            there = simulator.expected(Candidate((effect,)))
+            there = simulator.expected(candidate)
             if there is None:
                 continue
-            change = there.at_nominal - base
+            change = (there.at_nominal - base) / share
             others.keep(effect, change)
         mean = change.mean(axis=0)
         if len(change) > 1:
             modulation[len(kept)] = (change - mean).astype(np.complex64)
         changes[len(kept)] = mean
         kept.append(effect)
-        shifts.append(simulator.shift(Candidate((effect,))))
+        shifts.append(simulator.shift(candidate) / share)
     changes = changes[:len(kept)]
     return Templates(tuple(kept), changes, modulation, power_of(nominal.shares[:-1]),
                      np.array(shifts) if np.any(shifts) else None,
