@@ -44,7 +44,7 @@ def test_a_score_beside_errors_is_near_the_likelihood_ratio(text):
 
 
 def test_scores_beside_declared_errors_are_of_first_order():
-    """Errors of several per cent take up all but a derivative: both signs show alike, and little."""
+    """Errors of several per cent leave little of a derivative, and as much of both signs."""
     craft = replace(model(), uncertainty=Uncertainty(
         frequency=0.03, participation=0.09, shape=0.09, hub_inertia=0.06))
     side = standing(Simulator(craft, make_frame(60_000, 100.0, SETTINGS), 600.0), prior_of(craft))
