@@ -189,7 +189,7 @@ class _Hinge:
         row = np.array([turns.get(name, 0.0) for name in system.plant.states])
         variance = sampled.state_covariance(covariance)
         weights = (row @ sampled.vectors) * (sampled.inverse @ variance @ row) * sampled.weight
-        power = _power(sampled.poles, sampled.poles * weights, row @ variance @ row, LENGTH)
+        power = _power(sampled.poles, sampled.poles * weights, row @ variance @ row, *_circle())
         power[0] = 0.0
         lines = np.sqrt(power) * _phases()
         # the variance of the series that the lines give, by Parseval
@@ -209,21 +209,27 @@ def _held(finer):
     return np.repeat(np.random.default_rng(SEED).standard_normal(LENGTH), finer)
 
 
+@lru_cache
+def _circle():
+    """Return cosine and sine of the lines, times a radius above 1, (LENGTH / 2,) each."""
+    # so that every peak is as wide as the lines are apart
+    turn = 2 * np.pi * np.arange(LENGTH // 2) / LENGTH
+    return np.exp(np.pi / LENGTH) * np.cos(turn), np.exp(np.pi / LENGTH) * np.sin(turn)
+
+
 @njit(cache=True, fastmath=True, error_model='numpy')
-def _power(poles, weights, variance, length):
-    """Return the spectrum (n / 2,) of R(m) = Re sum_s weight_s pole_s^(m - 1), R(0) = variance."""
-    # a radius above 1 makes every peak as wide as the lines are apart
-    power, radius = np.empty(length // 2), np.exp(np.pi / length)
-    for k in range(len(power)):
-        turn = 2 * np.pi * k / length
-        x, y = radius * np.cos(turn), radius * np.sin(turn)
-        total = variance
-        for pole, weight in zip(poles, weights):
+def _power(poles, weights, variance, cosine, sine):
+    """Return the spectrum (n,) of R(m) = Re sum_s weight_s pole_s^(m - 1), R(0) = variance."""
+    power = np.full(len(cosine), variance)
+    for pole, weight in zip(poles, weights):
+        twice, square = 2 * pole.real, pole.real ** 2 + pole.imag ** 2
+        own, both = weight.real, weight.real * pole.real + weight.imag * pole.imag
+        # line after line, so that the loop runs on vectors
+        for k in range(len(power)):
             # weight / (x + jy - pole) and that of the conjugates, over one denominator
-            twice, square = 2 * pole.real, pole.real ** 2 + pole.imag ** 2
+            x, y = cosine[k], sine[k]
             below = x * x - y * y - twice * x + square
-            beside = 2 * x * y - twice * y
-            top = weight.real * x - weight.real * pole.real - weight.imag * pole.imag
-            total += 2 * (top * below + weight.real * y * beside) / (below ** 2 + beside ** 2)
-        power[k] = max(total, 0.0)
-    return power
+            beside = (2 * x - twice) * y
+            power[k] += 2 * ((own * x - both) * below + own * y * beside) / (
+                below * below + beside * beside)
+    return np.maximum(power, 0.0)
