@@ -20,6 +20,7 @@ import numpy as np
 
 from ssi_ros.effects import (
     applicable, effect_class, inject, parse_effect, places, simulate_setup)
+from ssi_ros.effects.sizes import at_size
 from ssi_ros.gap.detectors.input_reconstruction import reconstruct
 from ssi_ros.gap.driver import diagnose
 from ssi_ros.gap.inference.model_fit import fit
@@ -27,7 +28,6 @@ from ssi_ros.gap.inference.score_test import make_templates, score
 from ssi_ros.gap.inference.whittle import Evidence
 from ssi_ros.gap.nominal.model import ModelNominal
 from ssi_ros.gap.nominal.simulator import Simulator
-from ssi_ros.gap.nominal.starting_points import at_size
 from ssi_ros.gap.selection.cross_validation import reduction, validated
 from ssi_ros.gap.selection.evidence import Ranked
 from ssi_ros.gap.settings import DiagnosisSettings

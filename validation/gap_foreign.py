@@ -15,11 +15,11 @@ import time
 
 import numpy as np
 from ssi_ros.effects import applicable, effect_class, inject, simulate_setup
+from ssi_ros.effects.sizes import at_size
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.driver import diagnose
 from ssi_ros.gap.inference.score_test import make_templates, promise
 from ssi_ros.gap.nominal.simulator import Simulator
-from ssi_ros.gap.nominal.starting_points import at_size
 from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.gap.spectra.segmentation import make_frame
 from ssi_ros.planning.identifiability import DETECTED, identifiability

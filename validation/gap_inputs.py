@@ -18,12 +18,12 @@ import time
 import numpy as np
 from ssi_ros.cli._inputs import simulated_inputs
 from ssi_ros.effects import inject, load_configuration, parse_effect, simulate_setup
+from ssi_ros.effects.sizes import at_size
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.driver import diagnose
 from ssi_ros.gap.inference.score_test import make_templates, promise
 from ssi_ros.gap.nominal.model import ModelNominal
 from ssi_ros.gap.nominal.simulator import Simulator
-from ssi_ros.gap.nominal.starting_points import at_size
 from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.gap.spectra.segmentation import frame_of
 from ssi_ros.inputs.beside import beside_inputs

@@ -5,6 +5,7 @@ The key is made of the numbers of the model and of the source of everything that
 by, so that a changed effect never meets an old file. The folder is `$XDG_CACHE_HOME/ssi_ros`, or
 `~/.cache/ssi_ros`; deleting it costs some seconds, no more.
 """
+from dataclasses import replace
 from functools import lru_cache
 import hashlib
 import inspect
@@ -45,10 +46,11 @@ def effect_templates(simulator, settings, names, progress):
 
     `progress` is called with the share done. Those of a record with long gaps are kept in memory.
     """
-    spacecraft, frame, present = simulator.spacecraft, simulator.frame, simulator.present
+    frame, present = simulator.frame, simulator.present
     if simulator.compensation or simulator.recorded:        # of one record alone
         effects = starting_points([effect_class(n) for n in names], simulator.moved)
         return make_templates(simulator, effects, progress)
+    spacecraft = _bare(simulator.spacecraft)
     cut = (_rows(simulator), frame.rows, settings.low_hz, settings.high_share)
     key = (spacecraft, *cut, frame.begins, present, names)
     whole = frame.begins[-1] == (frame.segments - 1) * frame.rows
@@ -71,7 +73,7 @@ def unmodelled_templates(simulator, settings):
     frame = simulator.frame
     if simulator.recorded:
         return make_change_templates(simulator)
-    found = _unmodelled(simulator.spacecraft, _rows(simulator), frame.rows, frame.segments,
+    found = _unmodelled(_bare(simulator.spacecraft), _rows(simulator), frame.rows, frame.segments,
                         settings, simulator.present)
     return ChangeTemplates(*(t.late(simulator.late, frame) for t in (
         found.constant, found.drifting)))
@@ -96,11 +98,16 @@ def _rows(simulator):
     return round(simulator.duration_s * simulator.spacecraft.rate_hz)
 
 
+def _bare(spacecraft):
+    return replace(spacecraft, calibration=spacecraft.calibration.bare)
+
+
 def _alone(simulator, settings):
-    """Return the model side without what belongs to one record: lost rows, instants, motion."""
-    frame = simulator.frame
+    """Return a model side without what is of one record: lost rows, instants, motion, forces."""
+    frame, craft = simulator.frame, simulator.spacecraft
     return simulator.but(frame=frame_at(frame.rate_hz, frame.rows, frame.begins, settings),
-                         jitter_noise=None, late=())
+                         jitter_noise=None, late=(), spacecraft=craft.at_errors(
+                             craft.calibration.bare.values))
 
 
 def templates_key(*numbers, names=()):

@@ -64,6 +64,11 @@ class Calibration:
             raise ValueError(f'calibration: covariance has the shape '
                              f'{np.shape(self.covariance)} for {count} names')
 
+    @property
+    def bare(self):
+        """Return the errors of the structure alone: no forces of a recording, nothing beside."""
+        return Calibration(self.names, np.where(of_recording(self.names), 0.0, self.values))
+
     def __hash__(self):
         # what is fitted asks for systems by their spacecraft, thousands of times: half of it does
         return hash((self.names, self.values))

@@ -6,13 +6,15 @@ import pytest
 
 from ssi_ros.effects import parse_effect
 from ssi_ros.gap.cache import (
-    folder, load_changes, load_templates, save_changes, save_templates, templates_key)
+    effect_templates, folder, load_changes, load_templates, save_changes, save_templates,
+    templates_key)
 from ssi_ros.gap.inference.score_test import make_templates
 from ssi_ros.gap.inference.unmodelled.templates import make_change_templates
 from ssi_ros.gap.nominal.simulator import Simulator
 from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.gap.spectra.segmentation import make_frame
 from ssi_ros.model import load_spacecraft
+from ssi_ros.model.errors import Calibration
 
 EFFECTS = [parse_effect('sensor_gain:channel=e1_a,scale=1.002'),
            parse_effect('stiffness_drift:change=0.005')]
@@ -73,3 +75,18 @@ def test_changes_that_no_effect_makes_are_kept_too(tmp_path, monkeypatch):
     for one, two in ((made.constant, again.constant), (made.drifting, again.drifting)):
         assert one.effects == two.effects and one.level == two.level
         assert np.array_equal(one.changes, two.changes)
+
+
+def test_a_calibrated_model_has_the_templates_of_its_calibration(tmp_path, monkeypatch):
+    """Forces of one recording, and what is written beside the errors, make no others."""
+    monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path))
+    craft, settings = load_spacecraft(), DiagnosisSettings()
+    frame = make_frame(6000, 100.0, settings)
+    errors = Calibration(('frequency E1 1', 'force E1 1'), (0.01, 0.3), ((1e-6, 0), (0, 0.1)))
+    shared = [effect_templates(
+        Simulator(replace(craft, calibration=c), frame, 60.0), settings, ('sensor_gain',), None)
+        for c in (errors, replace(errors, values=(0.01, 0.0), unexplained=('a line',)))]
+    other = effect_templates(Simulator(replace(craft, calibration=replace(
+        errors, values=(0.02, 0.3))), frame, 60.0), settings, ('sensor_gain',), None)
+    assert shared[0].changes is shared[1].changes is not other.changes
+    assert len(list(folder().glob('*'))) == 2

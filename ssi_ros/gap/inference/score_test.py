@@ -11,10 +11,10 @@ from scipy.stats import norm
 
 from ssi_ros.effects.base import lateness
 from ssi_ros.effects.second_degree import SecondDegree
+from ssi_ros.effects.sizes import at_size
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.inference.whittle import whiten, whiten_each
 from ssi_ros.gap.nominal.simulator import level_prior
-from ssi_ros.gap.nominal.starting_points import at_size
 from ssi_ros.gap.spectra.expected_periodogram import power_of
 from ssi_ros.hermitian import inverse_root, white_vectors
 from ssi_ros.updating.merged_bins import BinRuns, runs_beside, runs_of_scores

@@ -5,6 +5,7 @@ from itertools import product
 import numpy as np
 
 from ssi_ros.effects import effect_class, places
+from ssi_ros.effects.sizes import at_size
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.inference.thresholds import LIMITS as LEVELS
 from ssi_ros.gap.selection.thresholds import SELECTION as LIMITS
@@ -15,7 +16,6 @@ MOST_PAIRS = 4000       # pairs of templates that are looked through for the bes
 FACTORS = (0.3, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0)    # starting values of a large size
 SAME_GAIN = 1.0         # nats by which the gains of starts differ that are equally good
 ONE_BASIN = 2.0         # factor of sizes from which a fit comes to the same end
-SIZE_STEPS = 1e-4, 30.0     # smallest and largest factor that a score may put on a starting value
 
 
 def starting_points(classes, spacecraft):
@@ -188,22 +188,6 @@ def promising_pairs(scores, count):
         if len(found) == count:
             break
     return list(found.values())
-
-
-def at_size(effect, size):
-    """Return an effect at the size whose change of the spectrum is `size` times its own."""
-    share = float(np.clip(abs(size), *SIZE_STEPS)) ** (1.0 / effect.power)
-    values = {}
-    for f in effect.numbers():
-        null, value = f.default, getattr(effect, f.name)
-        if f.name not in (effect.size, *effect.together):
-            continue
-        if np.isfinite(null):
-            value = null + np.copysign(share, size or 1.0) * (value - null)
-        else:
-            value = value * share
-        values[f.name] = min(max(value, f.metadata['low']), f.metadata['high'])
-    return replace(effect, **values)
 
 
 def brackets(effect):
