@@ -31,6 +31,11 @@ class GyroscopicCoupling(Effect):
         0.0, unit='N m s', low=0.0, high=1e5,
         doc='of a torque about x_b, that has left the nutation of the first sample')
 
+    @property
+    def first_order(self):
+        """One: the frequency of the nutation, a line, is proportional to the momentum."""
+        return 1.0
+
     def spacecraft(self, spacecraft):
         """Return the spacecraft with the momentum added."""
         x, y, z = spacecraft.momentum_n_m_s

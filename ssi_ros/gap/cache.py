@@ -46,12 +46,14 @@ def effect_templates(simulator, settings, names, progress):
 
     `progress` is called with the share done. Those of a record with long gaps are kept in memory.
     """
-    frame, present = simulator.frame, simulator.present
-    if simulator.compensation or simulator.recorded:        # of one record alone
+    frame, present, errors = simulator.frame, simulator.present, simulator.spacecraft.calibration
+    if simulator.recorded or simulator.compensation and any(errors.values):
+        # of one record alone
         effects = starting_points([effect_class(n) for n in names], simulator.moved)
         return make_templates(simulator, effects, progress)
     spacecraft = _bare(simulator.spacecraft)
-    cut = (_rows(simulator), frame.rows, settings.low_hz, settings.high_share)
+    cut = (_rows(simulator), frame.rows, settings.low_hz, settings.high_share,
+           simulator.compensation is not None)
     key = (spacecraft, *cut, frame.begins, present, names)
     whole = frame.begins[-1] == (frame.segments - 1) * frame.rows
     if key not in _IN_MEMORY:
@@ -130,7 +132,8 @@ def load_templates(key, effects):
             kept = [effects[i] for i in file['kept']]
             modulation = {int(k[1:]): file[k] for k in file.files if k[1:].isdigit()}
             return Templates(tuple(kept), file['changes'], modulation, float(file['level']),
-                             runs=BinRuns(file['edges']))
+                             file['shifts'] if 'shifts' in file.files else None,
+                             BinRuns(file['edges']))
     except UNREADABLE:
         return None
 
@@ -139,7 +142,8 @@ def save_templates(key, templates, effects):
     """Write templates whole or not at all; a folder that cannot be written is left alone."""
     _save(key, changes=templates.changes, level=templates.level, edges=templates.runs.edges,
           kept=[effects.index(e) for e in templates.effects],
-          **{f'm{i}': m for i, m in templates.modulation.items()})
+          **{f'm{i}': m for i, m in templates.modulation.items()},
+          **({} if templates.shifts is None else {'shifts': templates.shifts}))
 
 
 def load_changes(key):

@@ -15,6 +15,8 @@ from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.gap.spectra.segmentation import make_frame
 from ssi_ros.model import load_spacecraft
 from ssi_ros.model.errors import Calibration
+from ssi_ros.updating.adapt import standing
+from ssi_ros.updating.prior import prior_of
 
 EFFECTS = [parse_effect('sensor_gain:channel=e1_a,scale=1.002'),
            parse_effect('stiffness_drift:change=0.005')]
@@ -90,3 +92,16 @@ def test_a_calibrated_model_has_the_templates_of_its_calibration(tmp_path, monke
         errors, values=(0.02, 0.3))), frame, 60.0), settings, ('sensor_gain',), None)
     assert shared[0].changes is shared[1].changes is not other.changes
     assert len(list(folder().glob('*'))) == 2
+
+
+def test_templates_beside_declared_errors_are_kept_with_their_shifts(tmp_path, monkeypatch):
+    """Before any record; `identifiability` asks for the same again and again."""
+    monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path))
+    craft, settings = load_spacecraft(), DiagnosisSettings()
+    side = standing(Simulator(craft, make_frame(6000, 100.0, settings), 60.0), prior_of(craft))
+    made = effect_templates(side, settings, ('hub_inertia',), None)
+    monkeypatch.setattr('ssi_ros.gap.cache._IN_MEMORY', {})
+    read = effect_templates(side, settings, ('hub_inertia',), None)
+    assert read is not made and np.any(made.shifts)
+    assert np.array_equal(read.shifts, made.shifts)
+    assert np.array_equal(read.changes, made.changes)

@@ -47,7 +47,7 @@ def anomalies(reconstruction, channels, asked=ANOMALIES):
 def open_set(simulator, fitted, reconstruction, channels, asked=ANOMALIES):
     """Return findings of families of the open-set test, probable ones too; basis is the family."""
     # its families are calibrated on spacecraft, whose modes are fast beside the record
-    if not asked or 'geometry' not in offered(simulator.spacecraft):
+    if not FAMILIES.keys() & asked or 'geometry' not in offered(simulator.spacecraft):
         return ()
     setup = simulator.setup(fitted.candidate, fitted.levels)
     record = record_spectra(setup.system, fitted.levels, reconstruction, channels)

@@ -126,7 +126,7 @@ def powers_of(poles, count):
     return _powers(np.asarray(poles, complex).tobytes(), count)
 
 
-@lru_cache(maxsize=2)
+@lru_cache(maxsize=1)
 def _powers(poles, count):
     # every random input of a system asks for the same
     poles = np.frombuffer(poles, complex)
