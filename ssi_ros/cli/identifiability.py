@@ -12,7 +12,7 @@ of the model imitate the effect, and a calibration on a healthy recording would 
 
 With --input, an input of the model is recorded beside the channels: `without` is d' of the same
 effect where it is not, both to first order in the size, and `times` by how much recording raises
-it. It takes minutes for a model with a hundred uncertain numbers.
+it. It takes some ten seconds for a model with a hundred uncertain numbers.
 """
 from pathlib import Path
 
