@@ -16,7 +16,7 @@ STEPS = 20              # of theirs, in a round
 ROUNDS = 4              # at most
 REFUTED = 100.0         # nats, to second order
 LEAST_GAIN = 0.1        # nats, of one round
-STILL_RISING = 50.0     # nats of one round, after which there is another one
+STILL_RISING = 10.0     # nats of one round, after which there is another one
 LEVEL_STEPS = 4         # of the levels without what is detected again
 
 
@@ -65,12 +65,12 @@ class AdaptedComparison(ModelComparison):
                 return self._finished(start) if thorough else start     # it is there already
             found = self._together(candidate, start or self.null, thorough)
             if found is not None:
-                return found if thorough else self._risen(found, self.null)
+                return found if thorough else self._risen(found, start or self.null)
         found = super()._fit(candidate, start, fold, thorough)
         return found and self._standing(found, self.side(start or self.null))
 
     def _risen(self, found, before):
-        """Return a first fit that a few steps more would not raise by much: a large effect."""
+        """Return a first fit that a few steps more do not raise by much, unlike the last ones."""
         for _ in range(ROUNDS):
             if found.log_likelihood - before.log_likelihood < STILL_RISING:
                 break

@@ -9,6 +9,7 @@ import pytest
 from ssi_ros.effects import load_configuration, parse_effect, save_configuration
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.driver import diagnose
+from ssi_ros.gap.inference.whittle import BLAS
 from ssi_ros.gap.nominal.model import ModelNominal
 from ssi_ros.gap.nominal.simulator import Simulator
 from ssi_ros.gap.settings import DiagnosisSettings
@@ -183,6 +184,19 @@ def test_an_error_of_the_model_ties_with_an_effect_that_is_the_same():
         assert any('healthy' in words for words in found.separate_by)
     exact = replace(model(), uncertainty=EXACT)
     assert 'stiffness_scale' in diagnose(exact, simulate_setup(setup, 17)).verdict['class']
+
+
+def test_a_first_fit_goes_on_while_it_rises():
+    """A soft hinge is far from a stiff one: the first eight steps gain 108 of 260 nats."""
+    texts = [f'hinge_compliance:array=E2,stiffness_n_m_rad={k}' for k in (60_000, 12_000_000)]
+    with BLAS.limit(limits=1):
+        comparison = ModelNominal(model()).compare(
+            record(11, texts[0]), DiagnosisSettings(), ('hinge_compliance',), lambda share: None)
+        first = comparison.fit(Candidate((parse_effect(texts[1]),)), comparison.null, None, False)
+        end = comparison.fit(first.candidate, first)
+    assert end.log_likelihood - comparison.null.log_likelihood > 200.0
+    assert first.log_likelihood == pytest.approx(end.log_likelihood, abs=2.0)
+    assert first.candidate.effects[0].stiffness_n_m_rad == pytest.approx(60_000, rel=0.1)
 
 
 def test_nothing_to_calibrate_is_an_error():
