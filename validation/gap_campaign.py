@@ -30,6 +30,7 @@ from ssi_ros.gap.nominal.model import ModelNominal
 from ssi_ros.gap.nominal.simulator import Simulator
 from ssi_ros.gap.selection.cross_validation import reduction, validated
 from ssi_ros.gap.selection.evidence import Ranked
+from ssi_ros.gap.selection.thresholds import SELECTION
 from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.gap.spectra.segmentation import make_frame, spectra
 from ssi_ros.model import load_spacecraft
@@ -44,7 +45,6 @@ ROUNDS = 16             # in which a size is found
 TOLERANCE = 0.08        # of the logarithm of d'
 MOST_ABOVE = 1.5        # of the deviations that are asked for
 SURE = 4.0              # d' from which a diagnosis is asked to be right
-TIED_SHARE = 0.05       # of the probability of the best, from which another place is tied with it
 
 
 class Oracle:
@@ -261,7 +261,8 @@ def covered(cases, own):
             continue
         for k in others if own else ():
             if k['effects'] == best['effects'] and at_its_place(k, c) and not at_its_place(
-                    best, c) and k['probability'] > TIED_SHARE * best['probability']:
+                    best, c) and k['probability'] > (
+                        SELECTION['tied_share'].value * best['probability']):
                 best = k
         for name, v in best['parameters'].items():
             if v['low90'] is not None and name in c['truth']:
