@@ -36,6 +36,8 @@ class Scope:
     modes: tuple = (3, 10)          # an array
     sensors: tuple = (2, 4)         # an array
     sizes: ClassVar[tuple] = (1.0, 30.0)        # attainable d'
+    shares: ClassVar[tuple] = (('none', (0.15, 0.3)), ('pair', (0.06, 0.12)),
+                               ('outside', (0.12, 0.25)))       # the rest has one effect
 
 
 @dataclass(frozen=True)
@@ -45,8 +47,17 @@ class LargeEffects(Scope):
     sizes: tuple = (20.0, 80.0)     # attainable d'
 
 
+@dataclass(frozen=True)
+class Pairs(Scope):
+    """A scope of pairs above all, of effects that are large enough to be seen one by one."""
+
+    sizes: tuple = (8.0, 30.0)      # attainable d'
+    shares: tuple = (('none', (0.05, 0.1)), ('pair', (0.7, 0.8)), ('outside', (0.05, 0.1)))
+
+
 SMALL = Scope((50.0, 400.0), (60.0, 120.0), (6_000, 9_000), (2, 3), (2, 2))
-SCOPES = {'full': Scope(), 'small': SMALL, 'large': LargeEffects(**asdict(SMALL))}
+SCOPES = {'full': Scope(), 'small': SMALL, 'large': LargeEffects(**asdict(SMALL)),
+          'pairs': Pairs(**asdict(SMALL))}
 
 
 @dataclass(frozen=True)

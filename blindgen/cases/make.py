@@ -71,7 +71,7 @@ def make(folder, sealed, count, nonce, commit, scope=Scope(), client=None, keep=
 def _plan(sealed, count, nonce, seed, scope, client, head):
     """Plan and seal; what is planned is kept, so that a killed plan goes on."""
     kept = sealed.with_name(sealed.name + '.parts')
-    planned = drafts(count, int(seed, 16), scope.sizes)
+    planned = drafts(count, int(seed, 16), scope)
     jobs = [(kept, k, *draft, scope, head) for k, draft in enumerate(planned)]
     named = {case_name(seed, k): label for k, label in spread(client, _label, jobs, 'plan')}
     labels = {name: {'salt': salt_of(seed, name), 'label': label}

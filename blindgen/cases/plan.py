@@ -15,8 +15,6 @@ from blindgen.sizes.information import Knowledge, Record
 from blindgen.sizes.predict import size_for
 import numpy as np
 
-SHARES = {'none': (0.15, 0.3), 'pair': (0.06, 0.12), 'outside': (0.12, 0.25)}
-
 
 @dataclass(frozen=True)
 class Case:
@@ -31,11 +29,11 @@ class Case:
         return asdict(self)
 
 
-def drafts(count, seed, sizes=Scope.sizes):
+def drafts(count, seed, scope=Scope()):
     """
     Return the drafts of a campaign in random order: (kind, ((effect, target), ...), seed).
 
-    Targets are attainable d' between the two of `sizes`.
+    Targets are attainable d' between the two of the sizes of the scope.
 
     Raises
     ------
@@ -47,7 +45,7 @@ def drafts(count, seed, sizes=Scope.sizes):
         raise ValueError(f'count={count} has no pair and no effect outside the library; '
                          'ask for 6 or more')
     rng = np.random.default_rng(seed)
-    want = {kind: max(1, round(count * rng.uniform(*share))) for kind, share in SHARES.items()}
+    want = {kind: max(1, round(count * rng.uniform(*share))) for kind, share in scope.shares}
     want['single'] = count - sum(want.values())
     shape = rng.uniform(0.8, 2.0, 2)
     library = sorted(name for name, effect in EFFECTS.items() if effect.library)
@@ -55,7 +53,7 @@ def drafts(count, seed, sizes=Scope.sizes):
     often = {names[0]: rng.dirichlet(np.full(len(names), 3.0)) for names in (library, families)}
 
     def one(names):
-        size = sizes[0] * (sizes[1] / sizes[0])**rng.beta(*shape)
+        size = scope.sizes[0] * (scope.sizes[1] / scope.sizes[0])**rng.beta(*shape)
         return str(rng.choice(names, p=often[names[0]])), float(size)
 
     jobs = [('none', ())] * want['none']

@@ -40,9 +40,11 @@ def test_a_scope_is_known_by_its_hash_and_says_how_large_effects_are(name):
     """A commitment names its scope by a hash; targets are between the two sizes of the scope."""
     scope = SCOPES[name]
     assert scope_of({'scope_sha256': hash_of_scope(scope)}) == scope
-    targets = [t for _, effects, _ in drafts(60, 1, scope.sizes) for _, t in effects]
+    plan = drafts(60, 1, scope)
+    targets = [t for _, effects, _ in plan for _, t in effects]
     assert scope.sizes[0] <= min(targets) < 2 * scope.sizes[0]
     assert scope.sizes[1] / 2 < max(targets) <= scope.sizes[1]
+    assert (name == 'pairs') == (sum(kind == 'pair' for kind, *_ in plan) > 30)
 
 
 def test_rounding_and_limits_leave_a_record():

@@ -268,7 +268,7 @@ def test_errors_are_sentences(tmp_path, capsys):
     assert main(['make', '--folder', str(tmp_path / 'f'), '--cases', '3', '--nonce', 'n',
                  '--commit', 'c', '--workers', '0', *register]) == 2
     assert 'ask for 6 or more' in capsys.readouterr().err
-    assert sorted(SCOPES) == ['full', 'large', 'small']
+    assert sorted(SCOPES) == ['full', 'large', 'pairs', 'small']
 
 
 def fails_at(k):
