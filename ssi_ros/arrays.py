@@ -1,4 +1,4 @@
-"""Runs and distinct values of arrays."""
+"""Runs, distinct values and columns of arrays; phasors."""
 import numpy as np
 
 
@@ -11,5 +11,28 @@ def runs(marked):
 def distinct(numbers):
     """Return the different numbers of an array, rising, (n,); NaN is different from itself."""
     # np.unique of whole numbers fills a table first, which takes 30 times as long
+    if np.ndim(numbers) == 1 and (numbers[1:] > numbers[:-1]).all():
+        return numbers          # stamps nearly always rise
     found = np.sort(numbers, axis=None)
     return found[np.append(True, found[1:] != found[:-1])[:len(found)]]
+
+
+def firsts(numbers):
+    """Return where each different whole number comes first, by rising numbers, as an index."""
+    if (numbers[1:] > numbers[:-1]).all():
+        return slice(None)
+    return np.unique(numbers, return_index=True)[1]
+
+
+def columns(values, chosen):
+    """Return the chosen columns of an array (n, l): itself, where they are all it has."""
+    whole = list(chosen) == list(range(values.shape[1]))
+    return values if whole else values[:, chosen]
+
+
+def phasors(cycles):
+    """Return exp(-2 pi i cycles), in a third of its time, single precision if `cycles` is."""
+    turned = np.empty(cycles.shape, np.result_type(cycles, np.complex64))
+    angle = cycles * cycles.dtype.type(2 * np.pi)
+    turned.real, turned.imag = np.cos(angle), -np.sin(angle)
+    return turned

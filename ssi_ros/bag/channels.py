@@ -13,6 +13,7 @@ from .schema import numeric_fields, short_name
 
 DEFAULT_TYPE, DEFAULT_FIELD = 'geometry_msgs/msg/AccelStamped', 'accel.linear.z'
 _BATCH = 50_000                 # messages of a topic that are turned into arrays at once
+_JOINED = 256                   # pieces of a column that are joined at once
 
 
 @dataclass(frozen=True)
@@ -105,6 +106,25 @@ def parse_channel(text):
     return Channel(topic, '', field or DEFAULT_FIELD)
 
 
+class _Column:
+    """A growing column: a heap full of small pieces would not shrink when they are let go."""
+
+    def __init__(self):
+        self.large, self.small = [], []
+
+    def append(self, piece):
+        if piece is None:       # of stamps, where the type has none
+            return
+        self.small.append(piece)
+        if len(self.small) == _JOINED:
+            self.large.append(np.concatenate(self.small))
+            self.small = []
+
+    def whole(self):
+        pieces = self.large + self.small
+        return np.concatenate(pieces) if pieces else None
+
+
 def _readers(bag, channels):
     readers = {}
     for i, c in enumerate(channels):
@@ -148,12 +168,14 @@ def read_channels(path, channels=None, progress=None):
     channels = tuple(channels) if channels is not None else find_channels(bag)
     readers = _readers(bag, channels)
     waiting = {topic: ([], []) for topic in readers}
-    parts = [([], [], []) for _ in channels]
+    parts = [(_Column(), _Column(), _Column()) for _ in channels]
+    begun = set()
 
     def convert(topic):
         logs, raws = waiting[topic]
-        if not logs and parts[readers[topic][0][0]][0]:
+        if not logs and topic in begun:
             return
+        begun.add(topic)
         times = np.concatenate(logs) if logs else np.empty(0, np.int64)
         for i, reader in readers[topic]:
             try:
@@ -187,10 +209,10 @@ def read_channels(path, channels=None, progress=None):
 
 def _recording(channels, parts):
     columns = []
-    for stamps, values, logs in parts:
-        logs, values = np.concatenate(logs), np.concatenate(values)
-        by_log = stamps[0] is None
-        stamps = logs if by_log else np.concatenate(stamps)
+    while parts:        # a channel in pieces is let go before the next one is joined
+        stamps, values, logs = (column.whole() for column in parts.pop(0))
+        by_log = stamps is None
+        stamps = logs if by_log else stamps
         if len(stamps) > 1 and not stamps.any():
             stamps, by_log = logs, True
         if (np.diff(logs) < 0).any():                # pieces overlap: back to order of arrival

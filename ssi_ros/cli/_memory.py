@@ -3,7 +3,7 @@ import ctypes
 import os
 
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3     # glibc's malloc.h
-KEPT = 1 << 30          # bytes that are not handed back
+KEPT = 1 << 28          # bytes that are not handed back
 SHARE = 0.8             # of the free memory that one command may take
 LARGEST = 32 << 20      # glibc takes no larger threshold for an array with pages of its own
 

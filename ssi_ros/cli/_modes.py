@@ -48,6 +48,8 @@ def scaled(recording, factor):
     """
     if not 0.0 < factor < math.inf:
         raise ValueError(f'scale={factor:g} must be a positive number, such as 9.80665 for g')
+    if factor == 1.0:
+        return recording
     return replace(recording, values=tuple(factor * v for v in recording.values))
 
 

@@ -1,6 +1,7 @@
 """Can this record be compared with this model? Clear reasons where it cannot."""
 import numpy as np
 
+from ssi_ros.arrays import columns
 from ssi_ros.gap.spectra.thresholds import LIMITS
 from ssi_ros.integrity.missing import best_channels, missing_of, unusable
 from ssi_ros.model.channels import with_channels
@@ -39,16 +40,16 @@ def match(spacecraft, samples):
         out.update({name: reason} if reason else {})
     if not kept:
         raise TooLittleData('no channel can be compared: ' + '; '.join(out.values()))
-    values = samples.values[:, [names.index(n) for n in kept]]
+    values = columns(samples.values, [names.index(n) for n in kept])
     best = best_channels(~np.isnan(values), spacecraft.rate_hz, longest)
     for name in set(kept) - {kept[i] for i in best}:
         lost = missing_of(Samples(values[:, [kept.index(name)]], spacecraft.rate_hz, (name,)))
         out[name] = (f'channel {name} lacks {100 * lost.share:.2g} % of its samples, up to '
                      f'{lost.longest_s:.4g} s at a time: the others hold more without it')
     chosen = tuple(kept[i] for i in best)
-    columns = [names.index(n) for n in chosen]
+    at = [names.index(n) for n in chosen]
     return (with_channels(spacecraft, chosen),
-            Samples(values[:, best], spacecraft.rate_hz, chosen, samples.start_ns,
-                    None if samples.as_sampled is None else samples.as_sampled[:, columns],
-                    samples.late and tuple(samples.late[i] for i in columns)),
+            Samples(columns(values, best), spacecraft.rate_hz, chosen, samples.start_ns,
+                    None if samples.as_sampled is None else columns(samples.as_sampled, at),
+                    samples.late and tuple(samples.late[i] for i in at)),
             tuple(f'{out[n]}; it was left out: a partial answer' for n in wanted if n in out))

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ssi_ros.arrays import firsts
 from ssi_ros.limits import LIMITS
 
 from .pace import common_rate, fits, LONG, Pace
@@ -127,6 +128,7 @@ class Grid:
                     not_finite=int(np.count_nonzero(~np.isfinite(values))),
                     bad_stamps=int(np.count_nonzero((stamps_ns < 0) | (stamps_ns > LATEST_NS))))
         keep = np.isfinite(values) & (stamps_ns >= 0) & (stamps_ns <= LATEST_NS)
+        keep = slice(None) if keep.all() else keep      # a view: a day of samples is large
         self._accept(channel, stamps_ns[keep], values[keep])
 
     def _accept(self, channel, stamps_ns, values):
@@ -202,8 +204,7 @@ class Grid:
     _finished = ()
 
     def _newest_ns(self):
-        newest = [q.newest for q in self._queues if q.newest is not None]
-        return max(newest) if newest else None
+        return max((q.newest for q in self._queues if q.newest is not None), default=None)
 
     def rows(self, flush=False):
         """
@@ -220,8 +221,7 @@ class Grid:
 
     def _all(self, flush):
         """Collect segment after segment, as long as a rate that changes ends them."""
-        turns = None
-        out = []
+        turns, out = None, []
         while turns != len(self.turns):
             turns = len(self.turns)
             out += self._collect(flush)
@@ -236,6 +236,7 @@ class Grid:
         for c, part in enumerate(parts):
             if part is not None and len(part[0]):
                 self._place(c, *part, dt)
+                parts[c] = part = None
         out = self._emitted(flush or turn_ns is not None, dt)
         if turn_ns is not None:
             self.segment += 1
@@ -275,7 +276,8 @@ class Grid:
             self._count(c, off_rate=int(np.count_nonzero(~use)))
             if not use.all():
                 self._update_rate(c, part[0])
-            parts[c] = tuple(column[use] for column in part)
+                part = tuple(column[use] for column in part)
+            parts[c] = part
         if turn_ns is not None:
             self.turns.append((turn_ns, self.channels[first]))
         return turn_ns, rest
@@ -376,16 +378,15 @@ class Grid:
         for c in range(len(self.channels)):
             parts = self._rows.pop(c, [])
             if parts:
-                index = np.concatenate([p[0] for p in parts])
-                value = np.concatenate([p[1] for p in parts])
+                index, value = (np.concatenate(p) for p in zip(*parts))
                 later = index >= end
                 if later.any():
                     self._rows[c] = [(index[later], value[later])]
                     index, value = index[~later], value[~later]
                 # of two samples on one tick the first counts
-                unique, at = np.unique(index, return_index=True)
-                values[unique - first, c] = value[at]
-                self._count(c, duplicates=len(index) - len(unique), placed=len(unique))
+                at = firsts(index)
+                values[index[at] - first, c] = value[at]
+                self._count(c, duplicates=len(index) - len(index[at]), placed=len(index[at]))
             self._count(c, missing=int(np.count_nonzero(np.isnan(values[:, c]))))
         self._next = end
         return Rows(self.segment, first, self.origin_ns, self.rate_hz, values)

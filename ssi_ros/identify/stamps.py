@@ -2,6 +2,7 @@
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
+from ssi_ros.arrays import distinct
 
 NEAR = 0.1                # relative distance of the median step from the period, at most
 COMBS = 8192              # periods that are tried in it
@@ -61,7 +62,8 @@ def batches(arrivals_ns, span_ns):
     if not begins:
         return []
     spans = [(a - min(begins)) // span_ns for a in arrivals_ns]
-    numbers = np.unique(np.concatenate([np.unique(s) for s in spans]))
+    numbers = distinct(np.concatenate([s[np.append(True, s[1:] != s[:-1])[:len(s)]]
+                                       for s in spans]))
     ends = [np.searchsorted(s, numbers, side='right').tolist() for s in spans]
     return [tuple(slice(e[k - 1] if k else 0, e[k]) for e in ends) for k in range(len(numbers))]
 

@@ -10,6 +10,7 @@ LONGER, COMMON = 5, 0.99        # times as long as so many runs of equal values 
 ROUNDED = 1.5           # times the equal neighbours that rounding makes by itself
 SURE = 4.0              # deviations by which they are more, counted as events by chance are
 FEW_VALUES = 8          # of which any repeats itself
+TOGETHER = 4096         # values that are looked at for different ones at once
 WELL_RESOLVED = 3.0     # steps of rounding in an rms, below which values repeat anyway
 
 
@@ -33,6 +34,16 @@ def faults_of_samples(samples):
         for kind, found in (('stuck channel', stuck), ('repeated samples', repeated)) if found)
 
 
+def _few(values):
+    """Return how many different values there are, FEW_VALUES if there are more."""
+    different = values[:0]
+    for part in np.array_split(values, max(1, len(values) // TOGETHER)):
+        different = np.union1d(different, part)[:FEW_VALUES]
+        if len(different) == FEW_VALUES:
+            break
+    return len(different)
+
+
 def _equal_neighbours(column):
     """
     Return stuck intervals (r, 2) of a channel, the share of other repeated samples, their period.
@@ -41,7 +52,7 @@ def _equal_neighbours(column):
     Gaussian has at 0 that has so many at 1 and 2 steps.
     """
     nothing, step, limit = (np.zeros((0, 2), int), 0.0, 1), step_of(column), limit_of(column)
-    distinct = len(np.unique(column[np.isfinite(column)]))
+    distinct = _few(column[np.isfinite(column)])
     if 1 < distinct < FEW_VALUES or step and np.nanstd(column) < WELL_RESOLVED * step:
         return nothing
     equal = column[1:] == column[:-1]

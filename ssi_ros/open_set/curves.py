@@ -22,6 +22,12 @@ def _apart(record, edge):
     return apart
 
 
+def _quadratic_forms(matrices, vectors):
+    """Return v^H A v of Hermitian A (k, l, l) and m vectors (l,), (k, m), as one real product."""
+    outer = np.array([np.outer(v.conj(), v).conj().ravel() for v in vectors])
+    return matrices.view(float).reshape(len(matrices), -1) @ outer.view(float).T
+
+
 def channel_curve(record, edge):
     """Return p-value and text of the channel whose values follow a curve, or lag like play."""
     p_values, apart = [], _apart(record, edge)
@@ -46,12 +52,11 @@ def asymmetry(record, modes, edge):
     z, f = [], record.frequencies_hz
     apart = _apart(record, edge)
     around = np.exp(2j * np.pi * f / record.rate_hz)
-    for mode in modes:
-        shape = mode.shape
+    of_shapes = _quadratic_forms(record.inverse, [m.shape for m in modes])
+    for mode, of_shape in zip(modes, of_shapes.T):
         gain = 1 / (around - mode.pole)
-        adjoint = gain.conj() * (record.adjoint @ shape.conj())
-        power = np.abs(gain) ** 2 * np.einsum('ki,kij,j->k', np.broadcast_to(
-            shape.conj(), record.adjoint.shape), record.inverse, shape).real
+        adjoint = gain.conj() * (record.adjoint @ mode.shape.conj())
+        power = np.abs(gain) ** 2 * of_shape
         state = np.zeros(len(f), complex)
         state[mode.bins] = mode.state * mode.displaced
         q = record.series(state)

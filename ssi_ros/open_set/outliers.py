@@ -1,6 +1,5 @@
 """Samples and inputs that are no Gaussian noise: spikes, bursts, switching torques."""
 import numpy as np
-from numpy.polynomial.hermite_e import hermeval
 from scipy.stats import chi2
 
 from ssi_ros.open_set.products import two_sided
@@ -12,18 +11,22 @@ CORNERS_HZ = 0.5, 2.0, 8.0      # of the low-passed input
 FEWEST = 200            # samples, below which nothing is asked of their distribution
 
 
-def _cumulant(series, order):
-    """Return the cumulant of a Gaussian series, by its autocorrelation, as a Gaussian deviate."""
+def _cumulants(series):
+    """Return skewness and kurtosis of a Gaussian series, by its autocorrelation, as deviates."""
     n = len(series)
     unit = (series - series.mean()) / series.std()
     correlation = np.fft.irfft(np.abs(np.fft.rfft(unit)) ** 2, n) / n
-    variance = n * FACTORIAL[order] * (correlation ** order).sum()
-    z = hermeval(unit, np.eye(order + 1)[order]).sum() / np.sqrt(variance)
-    if order == 3:
-        return _of_skewness(float(z), FACTORIAL[order] * n ** 2 / variance)
+    square, power = correlation * correlation, unit * unit
+    of_third = n * FACTORIAL[3] * (square @ correlation)
+    of_fourth = n * FACTORIAL[4] * (square @ square)
+    # sums of the Hermite polynomials u^3 - 3 u and u^4 - 6 u^2 + 3
+    skewness = (power @ unit - 3 * unit.sum()) / np.sqrt(of_third)
+    kurtosis = (power @ power - 6 * power.sum() + 3 * n) / np.sqrt(of_fourth)
     # the third moment of He4 of a Gaussian series, 1728 sum r(a)^2 r(b)^2 r(a - b)^2
-    third = 1728 * (np.fft.fft(correlation ** 2).real ** 3).sum()
-    return of_kurtosis(float(z), third / variance ** 1.5)
+    cubes = np.fft.rfft(square).real ** 3
+    third = 1728 * (2 * cubes.sum() - cubes[0] - (cubes[-1] if n % 2 == 0 else 0.0))
+    return (_of_skewness(float(skewness), FACTORIAL[3] * n ** 2 / of_third),
+            of_kurtosis(float(kurtosis), third / of_fourth ** 1.5))
 
 
 def _of_skewness(z, n):
@@ -58,7 +61,7 @@ def spikes(record, rows):
     single = (v / v.std(axis=0)) ** 2
     at, (row, channel) = int(np.argmax(joint)), np.unravel_index(np.argmax(single), single.shape)
     tails = (chi2.sf(joint[at], count) * len(v), chi2.sf(single[row, channel], 1) * v.size)
-    z = np.array([_cumulant(c, 4) for c in v.T])
+    z = np.array([_cumulants(c)[1] for c in v.T])
     p_values = (*(min(1.0, t) for t in tails), two_sided(z, len(z)))
     alone = single[row, channel] > ALONE * joint[at]
     best = int(alone) if min(tails) < CLEAR else int(np.argmin(p_values))
@@ -77,7 +80,7 @@ def switching_input(record, adjoint, rows):
         return 1.0, 'too little is recorded'
     for corner_hz in (*CORNERS_HZ, np.inf):
         series = record.series(adjoint / (1 + (record.frequencies_hz / corner_hz) ** 4))[rows]
-        z += [_cumulant(series, 3), _cumulant(series, 4)]
+        z += _cumulants(series)
     best = int(np.argmax(np.abs(z)))
     corner_hz = (*CORNERS_HZ, np.inf)[best // 2]
     band = f'below {corner_hz:g} Hz ' if np.isfinite(corner_hz) else ''

@@ -137,10 +137,9 @@ def of_channel(record, i, most_hz, edge=0.0):
     """Return the Product of the gain of channel `i` of a RecordSpectra, up to an offset in Hz."""
     count, n = int(most_hz * record.duration_s), record.rows
     inverse = record.inverse[:, i, i].real
-    own = np.linalg.inv(record.inverse)[:, i, i].real
     spectrum = np.fft.rfft(record.series(record.adjoint[:, i]) * record.series(
         record.recorded[:, i]))
-    power = np.fft.rfft(record.series(inverse) * record.series(own)).real / n
+    power = np.fft.rfft(record.series(inverse) * record.series(record.power[:, i])).real / n
     return Product(f'the gain of {record.channels[i]}', spectrum[:count + 1],
                    (power + 2 * len(inverse) / n ** 2)[:count + 1], record.duration_s, 2 * count,
                    edge=edge).scattered

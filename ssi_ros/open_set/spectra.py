@@ -1,5 +1,6 @@
 """What the open-set test needs of a model beside a record, and the series of modes."""
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from ssi_ros.model.excitation import source, White
@@ -41,6 +42,11 @@ class RecordSpectra:
     def duration_s(self):
         """Length of the record [s]."""
         return self.rows / self.rate_hz
+
+    @cached_property
+    def power(self):
+        """Return the expected power of every channel, E |Y|^2, (k, l)."""
+        return np.einsum('kii->ki', np.linalg.inv(self.inverse)).real
 
     def series(self, values):
         """Return the time series of a spectrum (k,), shape (n,), scaled by no taper."""

@@ -3,6 +3,7 @@ import numpy as np
 from scipy.fft import fft, next_fast_len
 from scipy.optimize import minimize
 
+from ssi_ros.arrays import phasors
 from ssi_ros.effects.registry import deflection, detects
 from ssi_ros.events.track import best_lines
 from ssi_ros.gap.comparison import Detection
@@ -75,7 +76,7 @@ def _candidates(unit, rate_hz, band):
     first, last = int(band[0] / df), int(band[1] / df)
     found = []
     for rate in np.arange(coarse / 2, highest + coarse, coarse):
-        turn = np.exp(-1j * np.pi * rate * t ** 2).astype(np.complex64)
+        turn = phasors((rate / 2 * t ** 2).astype(np.float32))
         both = fft(segments * turn, size, axis=1, overwrite_x=True)
         # of a real series what falls is at negative frequencies of what rises
         for way, half in ((rate, both[:, :last]), (-rate, both[:, :-last:-1])):
@@ -121,7 +122,8 @@ def _refined(unit, weight, rate, start, rate_hz, duration_s):
     t = np.arange(len(unit)) / rate_hz
     weights = weight(start, rate)
     total = np.sum(weights ** 2)
-    turned = unit * weights * np.exp(-2j * np.pi * (start * t + rate * t ** 2 / 2))
+    cycles = start * t + rate * t ** 2 / 2
+    turned = unit * weights * phasors((cycles - np.rint(cycles)).astype(np.float32))
     # close to zero frequency now, so means over a second are enough
     block = max(1, int(rate_hz))
     rows = len(unit) // block
@@ -136,7 +138,7 @@ def _refined(unit, weight, rate, start, rate_hz, duration_s):
     near, slow_of = np.flatnonzero(np.abs(shifts) <= 2 * reach), slow.astype(np.complex64)
     for some in np.array_split(steps, -(-len(steps) * size // TOGETHER)):
         # where the search goes on from, so that single precision will do
-        turn = np.exp(-1j * np.pi * some[:, None] * t ** 2).astype(np.complex64)
+        turn = phasors((some[:, None] / 2 * t ** 2).astype(np.float32))
         power = np.abs(fft(slow_of * turn, size, axis=1, overwrite_x=True)[:, near]) ** 2 / total
         row, top = np.unravel_index(np.argmax(power), power.shape)
         if power[row, top] > best[0]:
@@ -146,7 +148,7 @@ def _refined(unit, weight, rate, start, rate_hz, duration_s):
     def negative_power(ends):
         first, last = best[1] + ends[0] / duration_s, best[2] + ends[1] / duration_s
         turn = (first - start) * t + ((last - first) / duration_s - rate) * t ** 2 / 2
-        return -np.abs(np.sum(slow * np.exp(-2j * np.pi * turn))) ** 2 / total
+        return -np.abs(slow @ phasors(turn)) ** 2 / total
 
     found = minimize(negative_power, np.zeros(2), method='Nelder-Mead', options={
         'initial_simplex': 0.3 * np.array([[0, 0], [1, 0], [0, 1]]), 'xatol': 1e-3})

@@ -34,6 +34,8 @@ def without_clipped(samples, effects):
     # Returns the samples, NaN where a value is clipped, the same ones where none is, or for too
     # long; and the clipped values (n, l), beyond which the true ones are, NaN elsewhere.
     limit = min((e.limit for e in effects), default=np.inf)
+    if np.isinf(limit):
+        return samples, np.broadcast_to(np.nan, samples.values.shape)
     with np.errstate(invalid='ignore'):
         clipped = np.abs(samples.values) >= limit
     at = runs(clipped.any(axis=1))
@@ -54,10 +56,12 @@ def completed(simulator, samples, limits, settings, levels=None):
     stays nominal: filled samples would have more of it each time. Returns the simulator in the
     frame of the record without gaps, samples, Evidence, and levels as of `Fit`.
     """
-    lost = np.isnan(samples.values)
-    # the bias includes clipped values: without them, the other side would count more
-    bias = np.nanmean(np.where(lost, limits, samples.values), axis=0)
-    samples, limits = replace(samples, values=samples.values - bias), limits - bias
+    lost, bias = np.isnan(samples.values), samples.values.mean(axis=0)
+    if lost.any():
+        # the bias includes clipped values: without them, the other side would count more
+        bias = np.nanmean(np.where(lost, limits, samples.values), axis=0)
+        limits = limits - bias
+    samples = replace(samples, values=samples.values - bias)
     # the mean between long gaps is that of half waves, too: what is lost has a mean as well
     long_gaps = any(last - first > LIMITS.filled_s.value * samples.rate_hz
                     for first, last in runs(lost.any(axis=1)))

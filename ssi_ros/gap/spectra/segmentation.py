@@ -164,7 +164,8 @@ def whole_frame(rows, rate_hz, settings, edge_s):
 
 def spectra(samples, frame):
     """Return the tapered DFT (segments, k, l) of Samples; a row with any NaN counts as zero."""
-    values = np.where(np.isnan(samples.values).any(axis=1)[:, None], 0.0, samples.values)
+    gone = np.isnan(samples.values).any(axis=1)[:, None]
+    values = np.where(gone, 0.0, samples.values) if gone.any() else samples.values
     return tapered_dft(values, frame.taper, frame.begins)[:, frame.first:frame.last]
 
 
