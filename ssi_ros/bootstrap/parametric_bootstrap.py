@@ -7,7 +7,6 @@ residual that its error leaves in simulated records of the candidate is not held
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import norm
 
 from ssi_ros.bootstrap.indirect_inference import simulated_records
 from ssi_ros.events.blocks import search
@@ -22,6 +21,7 @@ from ssi_ros.gap.selection.evidence import above_floor
 from ssi_ros.inputs.beside import remainder
 from ssi_ros.levels.held_out import held_out
 from ssi_ros.open_set.families import beside, FAMILIES
+from ssi_ros.tails import norm
 
 RECORDS = 5
 REFIT_STEPS = 3

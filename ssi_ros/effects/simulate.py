@@ -3,8 +3,6 @@ from dataclasses import replace
 from itertools import takewhile
 
 import numpy as np
-from scipy.interpolate import CubicSpline
-from scipy.signal import resample
 
 from ssi_ros.effects.base import lateness
 from ssi_ros.effects.edits import scale_stiffness, with_held_inputs
@@ -123,6 +121,8 @@ def _resampled(values, setup, seed, count, mixes):
     values = np.fft.irfft(spectrum, rows, axis=0)
     if not setup.jitter_rms_s:
         return values[MARGIN:MARGIN + count]
+    from scipy.interpolate import CubicSpline
+    from scipy.signal import resample
     fine = resample(values, FINER * rows)
     when = (MARGIN + np.arange(count)) / rate_hz
     when = when + setup.jitter_rms_s * generator(seed, 'jitter').standard_normal(count)

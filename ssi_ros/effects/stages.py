@@ -2,7 +2,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import lfilter
 
 from ssi_ros.model.sensors import Stage
 
@@ -22,6 +21,7 @@ class LowFrequencyNoise(Stage):
 
     def begin(self, rate_hz, generator):
         """Return the function that adds the noise, from its stationary state on."""
+        from scipy.signal import lfilter
         keep = np.exp(-1 / (rate_hz * self.time_constant_s))
         kick = self.rms * np.sqrt(1 - keep ** 2)
         state = [self.rms * generator.standard_normal()]

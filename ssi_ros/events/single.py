@@ -8,7 +8,8 @@ mean over a quarter of a period; a shock has a mean. What happened at t is in d 
 as well, half as large.
 """
 import numpy as np
-from scipy.stats import t as student
+
+from ssi_ros.tails import student
 
 AGAIN = 0.9             # autocorrelation after one period
 NEARLY = 0.98           # of the best period: a shorter one that is as good is the one

@@ -7,7 +7,6 @@ rows alone would fill the antiresonances.
 """
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
-from scipy.signal.windows import hann
 from scipy.sparse.linalg import cg, LinearOperator
 from scipy.special import ndtr, ndtri
 
@@ -73,7 +72,7 @@ def filled_alike(values, gaps, longest):
 
 def _own_spectrum(values, parts, rows):
     """Return the mean spectrum of half overlapping segments in parts, (rows // 2 + 1, l, l)."""
-    taper = hann(rows, sym=False)
+    taper = np.hanning(rows + 1)[:-1]
     taper /= np.sqrt(np.sum(taper ** 2))
     begins = [b for first, last in parts for b in range(first, last - rows + 1, rows // 2)]
     total = 0.0

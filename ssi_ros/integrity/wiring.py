@@ -11,10 +11,10 @@ from math import factorial
 
 import numpy as np
 from scipy.special import digamma
-from scipy.stats import chi2
 from ssi_ros.hermitian import inverse_root, white
 from ssi_ros.integrity.fault import Fault
 from ssi_ros.integrity.thresholds import LIMITS
+from ssi_ros.tails import chi2
 
 LOG_G = np.log(9.80665)                 # of the unit g over m/s^2
 GAINS = np.geomspace(1 / 20, 20, 121)   # tried for a channel, 5 % apart

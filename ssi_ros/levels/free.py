@@ -2,7 +2,6 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import chi2
 
 from ssi_ros.gap.inference.goodness_of_fit import compare, divergence, floor_of_band
 from ssi_ros.gap.nominal.modal.fit import Averages, filtered, fit, residual_of, STEPS
@@ -12,6 +11,7 @@ from ssi_ros.gap.nominal.modal.starting_values import all_forms, best_forms, bra
 from ssi_ros.gap.nominal.thresholds import LIMITS
 from ssi_ros.gap.spectra.band_averages import level_of, silent, Spectra
 from ssi_ros.levels.forces import force_spectra, turning
+from ssi_ros.tails import chi2
 
 POINTS = 9              # of a band, over which its modes are averaged
 TRIED = 4               # effects at one level, that could explain as much as other levels do

@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 import zlib
 
 import numpy as np
-from scipy.signal import oaconvolve
 
 LEVEL_RATE_HZ = 100.0       # the rate at which the rms of white excitation is declared
 
@@ -183,6 +182,7 @@ class Coloured:
 
     def begin(self, rate_hz, inputs, generator):
         """Return the forces as a function of first sample and count."""
+        from scipy.signal import oaconvolve
         white, taps = self.part.begin(rate_hz, inputs, generator), self.taps(rate_hz)
         history = [white(0, len(taps) - 1)]
 

@@ -7,7 +7,6 @@ modal coordinate is a first-order recurrence of its own, which `scipy.signal.lfi
 from dataclasses import replace
 
 import numpy as np
-from scipy.signal import lfilter
 
 from ssi_ros.model.excitation import (
     begin_all, colour_of, generator, has_colour, total_covariance)
@@ -208,6 +207,8 @@ def propagate(sampled, forces, z, machines=()):
         Modal state at the sample after the last.
 
     """
+    # takes half a second, and few commands simulate
+    from scipy.signal import lfilter
     # Inputs that nothing drives cost nothing.
     live = forces.any(axis=0)
     driven = forces[:, live]

@@ -1,9 +1,9 @@
 """Curves: a channel that is no straight line of its motion, a mode that is stiffer to one side."""
 import numpy as np
 from numpy.polynomial.hermite_e import hermeval
-from scipy.stats import chi2
 
 from ssi_ros.open_set.products import two_sided
+from ssi_ros.tails import chi2
 
 ORDERS = 2, 3, 4, 5     # of the polynomials of a channel
 

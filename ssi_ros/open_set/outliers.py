@@ -1,8 +1,8 @@
 """Samples and inputs that are no Gaussian noise: spikes, bursts, switching torques."""
 import numpy as np
-from scipy.stats import chi2
 
 from ssi_ros.open_set.products import two_sided
+from ssi_ros.tails import chi2
 
 ALONE = 0.6             # share of all channels that one has where it jumps alone
 CLEAR = 1e-4            # p-value from which a jump is named

@@ -7,9 +7,10 @@ knows. What varies as phi(t) has the score sum_t s(t) phi(t), of variance sum_a 
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.fft import fft, ifft, irfft, next_fast_len, rfft
 from scipy.ndimage import median_filter
-from scipy.signal import fftconvolve
-from scipy.stats import chi2, norm
+
+from ssi_ros.tails import chi2, norm
 
 LEAST = 1e-4            # variance of a part over that of the whole product: rounding
 FREEDOM = 0.5           # independent values of a motion in one decay of its amplitude
@@ -130,7 +131,12 @@ def _pair(mode, duration_s, count, constant, edge):
 
 def _correlated(one, two, count):
     """Return sum_f one(f) two(f + a) for a = -count, ..., count."""
-    return fftconvolve(one[::-1], two)[len(two) - 1 - count:len(two) + count]
+    # as `scipy.signal.fftconvolve` has it, whose import alone takes half a second
+    real = np.isrealobj(one) and np.isrealobj(two)
+    there, back = (rfft, irfft) if real else (fft, ifft)
+    size = next_fast_len(len(one) + len(two) - 1, real)
+    return back(there(one[::-1], size) * there(two, size), size)[
+        len(two) - 1 - count:len(two) + count]
 
 
 def of_channel(record, i, most_hz, edge=0.0):

@@ -8,9 +8,9 @@ left of the change between two recordings when both are taken out belongs to the
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import f as fisher
 
 from ssi_ros.regimes.thresholds import LIMITS
+from ssi_ros.tails import fisher
 
 SMOOTH_TERMS = 4        # of a polynomial of frequency in each channel: gain, delay, low-pass
 LEAST_LINES = 24        # beyond the terms of all channels

@@ -7,7 +7,8 @@ rises and falls in all lines at once, so that many bands tell of it no more than
 """
 import numpy as np
 from scipy.ndimage import median_filter, uniform_filter1d
-from scipy.stats import chi2, f as fisher
+
+from ssi_ros.tails import chi2, fisher
 
 WIDE = 15               # bands over which the levels of a period are averaged
 LEAST_FREEDOM = 2       # degrees of freedom of a variance that has a mean error

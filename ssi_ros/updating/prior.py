@@ -3,11 +3,11 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.stats import chi2
 
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.hermitian import inverse_root, white_vectors
 from ssi_ros.model.errors import declared
+from ssi_ros.tails import chi2
 from ssi_ros.updating.correlation import heights_of
 from ssi_ros.updating.model_uncertainty import model_uncertainty, ModelUncertainty
 from ssi_ros.updating.slopes import plain_slopes, slopes

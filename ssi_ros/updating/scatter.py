@@ -8,7 +8,8 @@ counts by its own where chance and that do not explain it.
 """
 import numpy as np
 from scipy.optimize import brentq
-from scipy.stats import chi2
+
+from ssi_ros.tails import chi2
 
 OWN = 0.01              # chance of a variance so large, below which an error has one of its own
 

@@ -8,13 +8,13 @@ others predict of it, and with more white noise.
 from dataclasses import replace
 
 import numpy as np
-from scipy.stats import chi2
 
 from ssi_ros.effects.registry import detects
 from ssi_ros.gap.comparison import Detection
 from ssi_ros.gap.detectors.input_reconstruction import moments
 from ssi_ros.gap.detectors.thresholds import LIMITS
 from ssi_ros.gap.spectra.segmentation import spectra, whole_frame
+from ssi_ros.tails import chi2
 
 SLOWEST = 2             # lowest bins of the record, not used: its mean disturbs them
 AROUND = 3.0            # bins not used on both sides of a mode that does not settle

@@ -1,11 +1,11 @@
 """Lines: a sine of the input, and a line that no input makes, eq. (106)."""
 import numpy as np
-from scipy.stats import gamma
 
 from ssi_ros.effects.registry import deflection, detects
 from ssi_ros.gap.comparison import Detection
 from ssi_ros.gap.detectors.input_reconstruction import chance
 from ssi_ros.gap.detectors.thresholds import LIMITS
+from ssi_ros.tails import gamma
 from ssi_ros.updating.resonance_doubt import discounted
 
 BETWEEN = 1.5           # independent frequencies a bin, where those between two are searched too

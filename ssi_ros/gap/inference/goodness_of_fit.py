@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.special import digamma, polygamma
-from scipy.stats import gamma
 from ssi_ros.gap.comparison import GapStatistic
 from ssi_ros.hermitian import inverse_root, white
+from ssi_ros.tails import gamma
 
 Z90 = 1.645             # standard deviations to both sides of a 90 % interval
 

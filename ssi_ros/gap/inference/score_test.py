@@ -7,7 +7,6 @@ depends on the model alone, so it is computed once; a record whitens it by its l
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import norm
 
 from ssi_ros.effects.base import lateness
 from ssi_ros.effects.second_degree import SecondDegree
@@ -17,6 +16,7 @@ from ssi_ros.gap.inference.whittle import whiten, whiten_each
 from ssi_ros.gap.nominal.simulator import level_prior
 from ssi_ros.gap.spectra.expected_periodogram import power_of
 from ssi_ros.hermitian import inverse_root, white_vectors
+from ssi_ros.tails import norm
 from ssi_ros.updating.merged_bins import BinRuns, runs_beside, runs_of_scores
 from ssi_ros.updating.score_variance import as_gaussian
 

@@ -4,7 +4,6 @@ from functools import cached_property
 from operator import attrgetter
 
 import numpy as np
-from scipy.stats import norm
 
 from ssi_ros.bootstrap.correction import corrected
 from ssi_ros.bootstrap.indirect_inference import indirect_estimate
@@ -30,6 +29,7 @@ from ssi_ros.gap.selection.thresholds import SELECTION as LIMITS
 from ssi_ros.gap.spectra.imputation import filled
 from ssi_ros.inputs.beside import remainder
 from ssi_ros.levels.held_out import held_out
+from ssi_ros.tails import norm
 from ssi_ros.updating.comparable import comparable
 from ssi_ros.updating.prior import stand
 from ssi_ros.updating.systematic_errors import parameters

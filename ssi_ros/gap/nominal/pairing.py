@@ -3,7 +3,6 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import numpy as np
-from scipy.signal import resample_poly
 
 from ssi_ros.gap.check import TooLittleData
 from ssi_ros.gap.nominal.thresholds import LIMITS
@@ -142,6 +141,7 @@ def _same_rate(one, two, rate_one, rate_two):
 def _resampled(values, up, down):
     gaps = np.isnan(values).any(axis=1)
     offset = np.nanmedian(values, axis=0)
+    from scipy.signal import resample_poly
     out = resample_poly(_bridged(values, gaps), up, down, axis=0)
     touched = np.interp(np.arange(len(out)) * down / up, np.arange(len(gaps)), gaps) > 0.0
     out[touched] = np.nan

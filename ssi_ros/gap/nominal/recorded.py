@@ -2,7 +2,6 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import norm
 
 from ssi_ros.effects import effect_class, ModalPattern
 from ssi_ros.effects.base import Site
@@ -22,6 +21,7 @@ from ssi_ros.gap.nominal.recordings import prepare
 from ssi_ros.gap.nominal.thresholds import LIMITS
 from ssi_ros.integrity.fault import as_reason
 from ssi_ros.records import Samples
+from ssi_ros.tails import norm
 
 FIRST_STEPS = 4         # of a fit, before the best are chosen
 REFIT_STEPS = 3         # of a fit to a fold

@@ -2,12 +2,12 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import gamma, norm
 
 from ssi_ros.effects import ModalPattern, Site
 from ssi_ros.effects.registry import showing
 from ssi_ros.gap.spectra.segmentation import periodograms
 from ssi_ros.hermitian import inverse_root, white_vectors
+from ssi_ros.tails import gamma, norm
 
 
 @dataclass(frozen=True, eq=False)

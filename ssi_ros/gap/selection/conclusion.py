@@ -2,7 +2,6 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import norm
 
 from ssi_ros.effects import effect_class
 from ssi_ros.effects.base import Site
@@ -14,6 +13,7 @@ from ssi_ros.gap.selection.evidence import beside_law, posterior, Ranked, undete
 from ssi_ros.gap.selection.thresholds import SELECTION as LIMITS
 from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.open_set.families import FAMILIES
+from ssi_ros.tails import norm
 
 NOWHERE = (float('nan'),) * 3
 NO_VERDICT = {'effects': (), 'class': (), 'probability': 0.0}

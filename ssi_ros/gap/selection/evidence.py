@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 from scipy.special import logsumexp
-from scipy.stats import norm
 
 from ssi_ros.gap.selection.thresholds import SELECTION as LIMITS
+from ssi_ros.tails import norm
 
 GRID = 300              # sizes that stand for all, 1
 

@@ -2,10 +2,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import norm
 
 from ssi_ros.gap.comparison import GapStatistic, Location
 from ssi_ros.gap.inference.goodness_of_fit import floor_of_band
+from ssi_ros.tails import norm
 
 HALF_POWER_BANDS = 3    # half-power bandwidths around a mode that are its own
 MOST_BANDS = 12         # of a table that a person reads

@@ -3,9 +3,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.signal.windows import tukey
 from ssi_ros.gap.spectra.thresholds import LIMITS
 from ssi_ros.integrity.missing import parts_between, segment_rows
+from ssi_ros.windows import tukey
 
 TAPER_SHARE = 0.25      # of a segment, on which the taper rises and falls
 MOST, PARTS = 192, 96   # segments that are held one by one; parts of a record with more
@@ -13,7 +13,7 @@ MOST, PARTS = 192, 96   # segments that are held one by one; parts of a record w
 
 def unit_taper(rows, share, periodic=False):
     """Return a Tukey window, without zeros or periodic, of sum of squares 1, shape (rows,)."""
-    taper = tukey(rows, share, sym=False) if periodic else tukey(rows + 2, share)[1:-1]
+    taper = tukey(rows, share, periodic) if periodic else tukey(rows + 2, share)[1:-1]
     return taper / np.sqrt(np.sum(taper ** 2))
 
 

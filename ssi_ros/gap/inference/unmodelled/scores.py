@@ -3,12 +3,12 @@ from dataclasses import replace
 
 import numpy as np
 from scipy.linalg import block_diag
-from scipy.stats import chi2, norm
 from ssi_ros.gap.comparison import Detection
 from ssi_ros.gap.detectors.thresholds import LIMITS as DETECTION
 from ssi_ros.gap.inference.score_test import directions, score, Scores
 from ssi_ros.gap.inference.thresholds import LIMITS
 from ssi_ros.gap.inference.whittle import whiten_each
+from ssi_ros.tails import chi2, norm
 from ssi_ros.updating.score_variance import as_gaussian
 
 SHAPES = 4              # half periods of a cosine over the record that a drift may have

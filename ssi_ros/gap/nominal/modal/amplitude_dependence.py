@@ -8,7 +8,8 @@ the lines of a periodic excitation, and from blocks of the recording; the larger
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import t as student
+
+from ssi_ros.tails import student
 
 SURROGATES = 40
 BLOCKS = 20

@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
-from scipy.stats import t as student
 
 from ssi_ros.effects import ModalPattern
 from ssi_ros.gap.nominal.modal.reference import FARTHEST, HOPS
 from ssi_ros.gap.nominal.thresholds import LIMITS
 from ssi_ros.identify.shapes import mac
+from ssi_ros.tails import student
 
 SIZES = np.geomspace(1e-5, 0.3, 40)     # of logarithms of frequency ratios
 PRICE = 3.0             # nats of an unknown size

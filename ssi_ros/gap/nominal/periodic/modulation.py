@@ -5,10 +5,10 @@ Each window is compared with the same part of the mean period, in several bands:
 excitation is that of all its lines, a structure that drifts changes each in its own way.
 """
 import numpy as np
-from scipy.stats import f as fisher
 
 from ssi_ros.gap.nominal.periodic.repeats import delay_between, turned
 from ssi_ros.gap.nominal.thresholds import LIMITS
+from ssi_ros.tails import fisher
 
 WINDOWS = 8             # of a period
 BANDS = 6               # of equally many bins that hold the signal

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
-from scipy.signal.windows import kaiser
 
 from ssi_ros.gap.nominal.periodic.period import autocorrelation, LEAST_PERIODS
 from ssi_ros.gap.nominal.thresholds import LIMITS
@@ -64,7 +63,7 @@ class Repeats:
 def at_instants(values, rows):
     """Return values (n, l) between samples, at rows (m,), by a tapered sinc; 0 beyond the ends."""
     near = np.arange(1 - TAPS, TAPS + 1)
-    taper = kaiser(16 * 2 * TAPS + 1, SHARPNESS)
+    taper = np.kaiser(16 * 2 * TAPS + 1, SHARPNESS)
     padded = np.pad(values, ((TAPS, TAPS + 1), (0, 0)))
     found = np.empty((len(rows), values.shape[1]))
     for first in range(0, len(rows), CHUNK):

@@ -6,11 +6,11 @@ stands out there however weak it is beside the excitation, eq. (173) and (174).
 """
 import numpy as np
 from scipy.ndimage import maximum_filter1d
-from scipy.stats import f as fisher, gamma
 
 from ssi_ros.events.track import cells, HALF_LAPPED, straight
 from ssi_ros.gap.nominal.stationary.tone import AROUND, flanks, OWN_BINS
 from ssi_ros.gap.nominal.thresholds import LIMITS
+from ssi_ros.tails import fisher, gamma
 
 TREND_PERIODS = 6       # that have a residual beside a mean and a trend
 BANDS = (8.0, 80.0)     # times the rows, the squared rows of a window: sweeps wide and narrow

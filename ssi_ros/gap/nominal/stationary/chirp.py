@@ -9,7 +9,6 @@ from functools import partial
 
 import numpy as np
 from scipy.ndimage import maximum_filter1d
-from scipy.stats import gamma, t as student
 
 from ssi_ros.effects.registry import detects
 from ssi_ros.events.track import cells, HALF_LAPPED, straight
@@ -17,6 +16,7 @@ from ssi_ros.gap.comparison import Detection
 from ssi_ros.gap.nominal.forms.candidate import Form
 from ssi_ros.gap.nominal.stationary.samples import EXACT
 from ssi_ros.gap.nominal.thresholds import LIMITS
+from ssi_ros.tails import gamma, student
 
 LONGER = (1, 2, 4)      # times the shortest segments: slower sweeps stay longer in a bin
 MOST_SEGMENTS = 400     # so that a long record costs no more

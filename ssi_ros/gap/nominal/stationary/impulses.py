@@ -9,8 +9,6 @@ from functools import partial
 
 import numpy as np
 from scipy.ndimage import maximum_filter1d, uniform_filter1d
-from scipy.signal import fftconvolve
-from scipy.stats import t as student
 
 from ssi_ros.effects import ModalPattern
 from ssi_ros.effects.registry import detects
@@ -22,6 +20,7 @@ from ssi_ros.gap.nominal.stationary.prediction_error import PREDICTED, predictor
 from ssi_ros.gap.nominal.stationary.samples import EXACT
 from ssi_ros.gap.nominal.thresholds import LIMITS
 from ssi_ros.hermitian import matrix_power, positive
+from ssi_ros.tails import student
 
 SHAPE = 96              # samples of a pulse, at most
 BURST = 16              # samples in which the loudest places are searched
@@ -127,6 +126,7 @@ def learn(residual):
 
 def matched(residual, shape):
     """Return how much of a shape begins at each row, of unit variance in white noise."""
+    from scipy.signal import fftconvolve
     return fftconvolve(residual, shape[::-1], 'valid', axes=0).sum(axis=1) / np.linalg.norm(shape)
 
 

@@ -1,6 +1,5 @@
 """A level, or natural frequencies, that change through a record, eq. (160) and (163)."""
 import numpy as np
-from scipy.stats import f as fisher, t as student
 
 from ssi_ros.effects import ModalPattern
 from ssi_ros.effects.registry import detects
@@ -8,6 +7,7 @@ from ssi_ros.gap.comparison import Detection
 from ssi_ros.gap.nominal.forms.candidate import Form
 from ssi_ros.gap.nominal.forms.structure import drifting_frequencies
 from ssi_ros.gap.nominal.thresholds import LIMITS
+from ssi_ros.tails import fisher, student
 
 WINDOWS = 60            # of the shorter recording, in which the level is followed
 LEAST_ROWS = 20         # of a window

@@ -1,6 +1,5 @@
 """Rounding, clipping and losses that the samples show and the reference does not, (159)."""
 import numpy as np
-from scipy.stats import binomtest
 
 from ssi_ros.effects.registry import detects
 from ssi_ros.gap.comparison import Detection
@@ -21,6 +20,7 @@ def losses(effect, recordings):
     missing = recordings.pair.missing
     usual, share = (lost_at_random(m, np.inf) for m in missing)
     rows = len(missing[1])
+    from scipy.stats import binomtest
     if share <= 1.5 * usual or binomtest(round(share * rows), rows, max(usual, 1e-4),
                                          'greater').pvalue > 1e-4:
         return None
