@@ -80,7 +80,9 @@ def cost(tree, *argv, python=False):
         resource.setrlimit(resource.RLIMIT_CPU, (LIMIT_S, LIMIT_S))
         resource.setrlimit(resource.RLIMIT_AS, (LIMIT_BYTES, LIMIT_BYTES))
     environment = {**os.environ, 'PYTHONPATH': str(tree), 'OMP_NUM_THREADS': '1',
-                   'XDG_CACHE_HOME': str(FOLDER / f'cache_{tree.name}')}
+                   'XDG_CACHE_HOME': str(FOLDER / f'cache_{tree.name}'),
+                   'PYTHONPYCACHEPREFIX': str(FOLDER / f'bytecode_{tree.name}')}
+    environment.pop('PYTHONDONTWRITEBYTECODE', None)    # a second start has compiled modules
     words = [sys.executable, *(() if python else ('-m', 'ssi_ros')), *map(str, argv)]
     with subprocess.Popen(words, cwd=tree, env=environment, text=True, preexec_fn=limited,
                           stdout=subprocess.PIPE, stderr=subprocess.STDOUT) as process:
