@@ -7,11 +7,12 @@ diagnosis of ten minutes.
 from types import SimpleNamespace
 
 import numpy as np
-from scipy.special import (
-    chdtrc, chdtri, fdtrc, fdtri, gammaincc, log_ndtr, ndtr, ndtri, stdtr)
+from scipy.special import chdtri, fdtrc, fdtri, gammaincc, log_ndtr, ndtr, ndtri, stdtr
 
 
 def _of_gamma(x, shape, scale=1.0):
+    # of no degree of freedom there is no distribution
+    shape = np.where(np.greater(shape, 0), shape, np.nan)
     return gammaincc(shape, np.maximum(x, 0.0) / scale)
 
 
@@ -26,7 +27,7 @@ def _log_of_gamma(x, shape, scale=1.0):
 
 norm = SimpleNamespace(sf=lambda x: ndtr(-x), isf=lambda p: -ndtri(p), pdf=_density,
                        logsf=lambda x: log_ndtr(-x))
-chi2 = SimpleNamespace(sf=lambda x, freedom: chdtrc(freedom, np.maximum(x, 0.0)),
+chi2 = SimpleNamespace(sf=lambda x, freedom: _of_gamma(x, freedom / 2, 2.0),
                        isf=lambda p, freedom: chdtri(freedom, p))
 gamma = SimpleNamespace(sf=_of_gamma, logsf=_log_of_gamma)
 student = SimpleNamespace(sf=lambda x, freedom: stdtr(freedom, -x))
