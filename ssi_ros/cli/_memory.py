@@ -1,6 +1,6 @@
 """Memory of a process that makes and frees large arrays thousands of times."""
 import ctypes
-import os
+import math
 
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3     # glibc's malloc.h
 KEPT = 1 << 28          # bytes that are not handed back
@@ -40,10 +40,17 @@ def check_memory(needed, what):
         If it is more than four fifths of what is free on this machine.
 
     """
-    try:
-        free = os.sysconf('SC_AVPHYS_PAGES') * os.sysconf('SC_PAGE_SIZE')
-    except (ValueError, OSError, AttributeError):
-        return
+    free = available()
     if needed > SHARE * free:
         raise ValueError(f'{what} needs about {needed / 1e9:.3g} GB of memory, and '
                          f'{free / 1e9:.3g} GB are free; ask for less')
+
+
+def available():
+    """Return the memory that a command may take, file caches included [byte]; inf if unknown."""
+    try:
+        with open('/proc/meminfo', encoding='ascii') as lines:
+            return 1024 * next(int(line.split()[1]) for line in lines
+                               if line.startswith('MemAvailable:'))
+    except (OSError, StopIteration, ValueError):
+        return math.inf

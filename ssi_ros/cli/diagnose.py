@@ -11,6 +11,7 @@ from ssi_ros.whole_file import write_whole
 
 HELP = 'find which unmodelled effect makes a bag differ from the model'
 EXAMPLE = 'ssi_ros diagnose quiet --json diagnosis.json'
+OF_TEMPLATES, OF_SEGMENTS = 2.5, 20.0   # copies of l x l numbers in each bin, of 8 bytes
 
 
 def add_arguments(parser):
@@ -70,6 +71,7 @@ def run(args):
     nominal, samples = _inputs(args)
     settings = load_settings(args.settings)
     names = [n.strip() for n in args.effects.split(',')] if args.effects else None
+    _check_memory(nominal, samples, settings, names)
     with Progress('diagnosing') as progress:
         found = diagnose(nominal, samples, settings, effects=names, pairs=not args.no_pairs,
                          progress=progress)
@@ -86,6 +88,30 @@ def run(args):
         save_configuration(nominal.spacecraft, nominal.present + best.built, args.apply)
         print(f'wrote {args.apply}')
     return 0 if found.outcome in ('WITHIN_FLOOR', 'EXPLAINED', 'TIED') else 1
+
+
+def _check_memory(nominal, samples, settings, names):
+    """Raise ValueError where templates of many channels would need more memory than is free."""
+    from ssi_ros.cli._memory import check_memory
+    from ssi_ros.effects import applicable, effect_class
+    from ssi_ros.gap.nominal.starting_points import starting_points
+    from ssi_ros.gap.spectra.segmentation import frame_of, MOST
+
+    spacecraft = getattr(nominal, 'spacecraft', None)
+    if spacecraft is None:
+        return
+    try:
+        frame = frame_of(samples, settings)
+    except ValueError:      # too short: the diagnosis says so
+        return
+    starts = starting_points(
+        [effect_class(n) for n in applicable(spacecraft, names)], spacecraft)
+    channels = len(spacecraft.sensors)
+    # measured with 4 and 16 channels, ten minutes to three hours
+    copies = OF_TEMPLATES * len(starts) + OF_SEGMENTS * min(frame.segments, MOST)
+    check_memory(8.0 * copies * (frame.last - frame.first) * channels ** 2,
+                 f'a diagnosis with {len(starts)} starting values of effects on {channels} '
+                 'channels (give --effects, or a model of fewer sensors)')
 
 
 def _inputs(args):

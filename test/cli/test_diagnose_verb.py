@@ -39,3 +39,13 @@ def test_a_short_record_prints_no_empty_numbers(tmp_path, capsys):
     assert main(['diagnose', bag, '--effects', FEW]) == 1
     said = capsys.readouterr().out
     assert said.startswith('TOO_LITTLE_DATA: ') and 'nan' not in said and 'unknown' not in said
+
+
+def test_a_diagnosis_that_needs_more_memory_than_there_is_says_so(tmp_path, capsys, monkeypatch):
+    """Templates go as the square of the channels: one line before the work, exit code 2."""
+    bag = str(tmp_path / 'bag')
+    assert main(['simulate', bag, '--duration-s', '200']) == 0
+    monkeypatch.setattr('ssi_ros.cli._memory.available', lambda: 5e7)
+    assert main(['diagnose', bag]) == 2
+    said = capsys.readouterr().err
+    assert 'on 4 channels' in said and 'needs about' in said and '--effects' in said
