@@ -33,3 +33,13 @@ gamma = SimpleNamespace(sf=_of_gamma, logsf=_log_of_gamma)
 student = SimpleNamespace(sf=lambda x, freedom: stdtr(freedom, -x))
 fisher = SimpleNamespace(sf=lambda x, above, below: fdtrc(above, below, x),
                          isf=lambda p, above, below: fdtri(above, below, 1 - p))
+
+
+def tail_of_largest(found, largest, least=0.0):
+    """Return the chance of a largest score by draws of it, (n,), of `least` independent scores."""
+    share = np.mean(largest >= found)
+    if share > 20 / len(largest):
+        return float(share)
+    # beyond their resolution: the number of independent scores that gives their median
+    effective = max(np.log(0.5) / np.log1p(-2 * norm.sf(np.median(largest))), least)
+    return float(-np.expm1(effective * np.log1p(-2 * norm.sf(found))))

@@ -23,6 +23,7 @@ from ssi_ros.gap.spectra.segmentation import make_frame, periodograms, spectra
 from ssi_ros.model import load_spacecraft, simulate
 from ssi_ros.model.structure import assemble
 from ssi_ros.records import Samples
+from ssi_ros.updating.merged_bins import white_changes
 from ssi_ros.updating.model_uncertainty import model_uncertainty
 
 from validation.gap_reference import at_decibel
@@ -63,7 +64,8 @@ def deflection(clean, spacecraft, seed):
     uncertainty = model_uncertainty(simulator, Candidate(), np.ones(len(nominal.names)), settings)
     # the level of the record is that of the model but for some decibels: it scales the change
     level = power_of([usual.mean(axis=0)[None]]) / power_of(nominal.shares[:-1])
-    templates = Templates(('a', 'b'), changes / level, {}, power_of(nominal.shares[:-1]))
+    white = white_changes(changes / level, nominal.at_nominal.mean(axis=0))
+    templates = Templates(('a', 'b'), white, {}, power_of(nominal.shares[:-1]))
     sizes, cosine = promise(templates, nominal, simulator.frame, uncertainty)
     return float(np.sqrt(max(sizes[0] * sizes[1] * cosine[0, 1], 0.0)))
 

@@ -23,6 +23,7 @@ from ssi_ros.gap.spectra.expected_periodogram import expected, power_of
 from ssi_ros.gap.spectra.segmentation import make_frame
 from ssi_ros.model import load_spacecraft
 from ssi_ros.model.excitation import Coloured, White
+from ssi_ros.updating.merged_bins import white_changes
 from ssi_ros.updating.model_uncertainty import model_uncertainty
 
 from validation.gap_reference import at_decibel
@@ -109,8 +110,8 @@ def size_for(simulator, make, size, detection, settings):
     for _ in range(4):
         there = expected(make(simulator.setup(Candidate()), size), simulator.frame)
         change = there.at(np.ones(len(there.names))) - nominal.at(ones)
-        templates = Templates(('unmodelled',), change.mean(axis=0)[None], {},
-                              power_of(nominal.shares[:-1]))
+        white = white_changes(change.mean(axis=0)[None], nominal.at_nominal.mean(axis=0))
+        templates = Templates(('unmodelled',), white, {}, power_of(nominal.shares[:-1]))
         size *= detection / promise(templates, nominal, simulator.frame, uncertainty)[0][0]
     return size
 

@@ -117,7 +117,12 @@ def exact(name, channels=4, modes=20):
         sensors = craft.sensors if channels == 4 else tuple(
             Sensor(f's{i:02d}', a, along_m=x, lateral_m=y)
             for i, (_, a, y, x) in enumerate(places))
-        arrays = tuple(replace(a, modes=modes // 2) for a in craft.arrays)
+        # many modes need a finer mesh, and softer plates to stay below half the rate
+        finer = 1 if modes == 20 else 2
+        arrays = tuple(replace(a, modes=modes // 2, plate=replace(
+            a.plate, elements_along=16 * finer, elements_across=4 * finer,
+            stiffness_n_m=a.plate.stiffness_n_m * min(1.0, (20 / modes) ** 2)))
+            for a in craft.arrays)
         save_configuration(replace(craft, uncertainty=EXACT, sensors=sensors, arrays=arrays),
                            (), path)
     return path

@@ -11,7 +11,7 @@ from ssi_ros.whole_file import write_whole
 
 HELP = 'find which unmodelled effect makes a bag differ from the model'
 EXAMPLE = 'ssi_ros diagnose quiet --json diagnosis.json'
-OF_TEMPLATES, OF_SEGMENTS = 2.5, 20.0   # copies of l x l numbers in each bin, of 8 bytes
+OF_TEMPLATES, OF_SEGMENTS = 0.65, 20.0  # copies of l x l numbers in each bin, of 8 bytes
 
 
 def add_arguments(parser):

@@ -24,10 +24,10 @@ from ssi_ros.gap.inference.unmodelled.templates import (
 from ssi_ros.gap.nominal.simulator import Simulator
 from ssi_ros.gap.nominal.starting_points import starting_points
 from ssi_ros.gap.spectra.segmentation import frame_at
-from ssi_ros.updating.merged_bins import BinRuns
+from ssi_ros.updating.merged_bins import WhiteChanges
 from ssi_ros.whole_file import whole_file
 
-KEPT = 4                # sets of templates that stay, on disk and in memory; some 120 MB each
+KEPT = 4                # sets of templates that stay, on disk and in memory; some 10 MB each
 LAYERS = ('model', 'effects', 'gap', 'updating')
 # none, or half a file of a crash: templates are made anew
 UNREADABLE = OSError, ValueError, KeyError, IndexError, EOFError, TypeError, zipfile.BadZipFile
@@ -131,16 +131,16 @@ def load_templates(key, effects):
         with np.load(folder() / key) as file:
             kept = [effects[i] for i in file['kept']]
             modulation = {int(k[1:]): file[k] for k in file.files if k[1:].isdigit()}
-            return Templates(tuple(kept), file['changes'], modulation, float(file['level']),
-                             file['shifts'] if 'shifts' in file.files else None,
-                             BinRuns(file['edges']))
+            return Templates(
+                tuple(kept), WhiteChanges.read(file), modulation, float(file['level']),
+                file['shifts'] if 'shifts' in file.files else None)
     except UNREADABLE:
         return None
 
 
 def save_templates(key, templates, effects):
     """Write templates whole or not at all; a folder that cannot be written is left alone."""
-    _save(key, changes=templates.changes, level=templates.level, edges=templates.runs.edges,
+    _save(key, **templates.white.arrays(), level=templates.level,
           kept=[effects.index(e) for e in templates.effects],
           **{f'm{i}': m for i, m in templates.modulation.items()},
           **({} if templates.shifts is None else {'shifts': templates.shifts}))
@@ -153,7 +153,7 @@ def load_changes(key):
             words = json.loads(str(file['effects']))
             return ChangeTemplates(*(Templates(
                 tuple(UnmodelledChange(**{**w, 'damped': w['damped'] and tuple(w['damped'])})
-                      for w in words[i]), file[f'changes{i}'], {}, float(file[f'level{i}']))
+                      for w in words[i]), WhiteChanges.read(file, i), {}, float(file[f'level{i}']))
                 for i in range(2)))
     except UNREADABLE:
         return None
@@ -163,7 +163,7 @@ def save_changes(key, found):
     """Write ChangeTemplates as `save_templates` does."""
     both = found.constant, found.drifting
     _save(key, effects=json.dumps([[vars(e) for e in t.effects] for t in both]),
-          **{f'changes{i}': t.changes for i, t in enumerate(both)},
+          **found.constant.white.arrays(0), **found.drifting.white.arrays(1),
           **{f'level{i}': t.level for i, t in enumerate(both)})
 
 

@@ -138,11 +138,19 @@ def _matrices(plate, turns):
         + nu * (cross + cross.T)
         + 2 * (1 - nu) * np.kron(along.gram(1, 1), across.gram(1, 1)))
     # The clamp removes deflection and slope of the root edge: the first two freedoms along.
-    basis = np.eye(len(mass))[:, 2 * across.dofs:]
-    if turns:
-        slope = np.kron(np.eye(along.dofs)[1], across.one())     # the same at all of the root
-        basis = np.column_stack([slope, basis])
-    return tuple(map(read_only, (basis, basis.T @ mass @ basis, basis.T @ stiffness @ basis)))
+    fixed = 2 * across.dofs
+    basis = np.eye(len(mass))[:, fixed:]
+    if not turns:
+        return tuple(map(read_only, (basis, mass[fixed:, fixed:], stiffness[fixed:, fixed:])))
+    slope = np.kron(np.eye(along.dofs)[1], across.one())     # the same at all of the root
+
+    def turning(matrix):
+        # products with the whole basis would cost as much as the modes
+        row = slope @ matrix
+        return np.block([[row @ slope, row[None, fixed:]],
+                         [row[fixed:, None], matrix[fixed:, fixed:]]])
+    basis = np.column_stack([slope, basis])
+    return tuple(map(read_only, (basis, turning(mass), turning(stiffness))))
 
 
 def leissa_parameter(plate, frequency_hz):

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from numba import njit
 import numpy as np
 
-from ssi_ros.hermitian import traces_of_cubes, white_vectors
+from ssi_ros.hermitian import hermitian, inverse_root, traces_of_cubes, white_vectors
 
 LOST = 0.01             # deviations squared that all errors together may lose, of what is known
 OF_SCORES = 0.003       # share of what a record shows of effects that their scores may lose,
@@ -89,6 +89,18 @@ class BinRuns:
             out[part] = self.projected(white_vectors(lower, changes[part]))
         return out
 
+    def split(self, vectors, finer):
+        """Return projected vectors, (n, g m), as on runs that these are made of, (n, h, m)."""
+        at = np.searchsorted(self.edges, finer.edges[:-1], side='right') - 1
+        shares = np.sqrt(np.diff(finer.edges) / np.diff(self.edges)[at])
+        each = vectors.reshape(len(vectors), len(self.edges) - 1, -1)
+        return each[:, at] * shares[:, None].astype(vectors.dtype)
+
+    def means(self, values):
+        """Return means over the bins of every run: (k, ...) becomes (g, ...)."""
+        sums = np.add.reduceat(values, self.edges[:-1])
+        return sums / np.diff(self.edges).reshape(-1, *(1,) * (values.ndim - 1))
+
     def cubes(self, vectors, channels):
         """Return sums of tr X^3 over all bins of projected vectors, (n, g l l), shape (n,)."""
         counts = np.diff(self.edges)
@@ -96,25 +108,69 @@ class BinRuns:
             len(vectors), len(counts), channels, channels)) @ counts ** -0.5
 
 
+@dataclass(frozen=True, eq=False)
+class WhiteChanges:
+    """Changes of a spectrum S = L L^H as L^-1 whitens them, in runs of bins."""
+
+    vectors: np.ndarray     # (n, g l l), float32, real vectors, projected
+    factor: np.ndarray      # (k, l, l), complex64, L
+    runs: BinRuns
+
+    @classmethod
+    def read(cls, file, number=''):
+        """Return those of `arrays` in a file of arrays by name."""
+        return cls(file[f'vectors{number}'], file[f'factor{number}'],
+                   BinRuns(file[f'edges{number}']))
+
+    def arrays(self, number=''):
+        """Return its arrays by name, each with a number of this one."""
+        return {f'vectors{number}': self.vectors, f'factor{number}': self.factor,
+                f'edges{number}': self.runs.edges}
+
+    def by(self, lower, runs, vectors):
+        """
+        Return changes as another model whitens them, by `lower`, (k, l, l), in finer runs.
+
+        `vectors` are those of the record, or others in the same runs.
+        """
+        turn = runs.means(lower @ self.factor).astype(np.complex64)
+        out = np.empty((len(vectors), turn.size), np.float32)
+        for begin in range(0, len(vectors), TOGETHER):
+            part = slice(begin, begin + TOGETHER)
+            each = self.runs.split(vectors[part], runs).reshape(-1, *turn.shape)
+            out[part] = white_vectors(turn, hermitian(each).astype(np.complex64))
+        return out
+
+
+def white_changes(changes, spectrum):
+    """Return the WhiteChanges of changes (n, k, l, l) of a spectrum, (k, l, l), in every bin."""
+    factor = np.linalg.cholesky(spectrum).astype(np.complex64)
+    lower = inverse_root(spectrum).astype(np.complex64)
+    bins = BinRuns(np.arange(len(spectrum) + 1))
+    return WhiteChanges(bins.white(lower, changes), factor, bins)
+
+
+def merged(vectors, factor):
+    """Return WhiteChanges, of every bin by itself, in runs in which all of them do alike."""
+    runs = runs_of_scores(vectors, len(factor))
+    return WhiteChanges(runs.projected(vectors), factor, runs)
+
+
 def runs_beside(runs, model):
-    """Return BinRuns in which a model, (k, l, l), hardly changes either; of None every bin."""
-    if runs is None:
-        return BinRuns(np.arange(len(model) + 1))
+    """Return BinRuns in which a model, (k, l, l), hardly changes either."""
     logs = np.log(np.maximum(np.einsum('kii->ki', model).real, 1e-300))
-    own = np.flatnonzero(_begins(np.ascontiguousarray(logs), RESOLVED ** 2 * logs.shape[1]))
+    own = np.flatnonzero(_begins(logs[None], np.ones(1), RESOLVED ** 2 * logs.shape[1]))
     return BinRuns(np.union1d(runs.edges, own))
 
 
-def runs_of_scores(lower, changes):
-    """Return the BinRuns of changes of a spectrum, (n, k, l, l), as `lower`, L^-1, whitens."""
-    bins = changes.shape[1]
-    if not len(changes):
+def runs_of_scores(vectors, bins):
+    """Return the BinRuns of whitened changes of a spectrum, real vectors (n, k l l)."""
+    if not len(vectors):
         return BinRuns(np.arange(bins + 1))
-    vectors = white_vectors(lower.astype(np.complex64), changes).reshape(len(changes), bins, -1)
-    vectors /= np.maximum(np.linalg.norm(vectors, axis=(1, 2)), 1e-30)[:, None, None]
-    rows = np.ascontiguousarray(vectors.swapaxes(0, 1)).reshape(bins, -1)
-    return BinRuns(np.append(np.flatnonzero(
-        _begins(rows, OF_SCORES * len(changes) / bins)), bins))
+    # no array of all squares: those of many channels are gigabytes
+    scales = 1 / np.sqrt(np.maximum(np.einsum('ni,ni->n', vectors, vectors), 1e-60))
+    return BinRuns(np.append(np.flatnonzero(_begins(
+        vectors.reshape(len(vectors), bins, -1), scales, OF_SCORES * len(vectors) / bins)), bins))
 
 
 def _runs(vectors, bins, weight, information):
@@ -126,27 +182,32 @@ def _runs(vectors, bins, weight, information):
         return np.zeros(1, int)         # of nothing all bins tell as much
     turn = turn[:, shown] * np.sqrt(weight / (1 + squares[shown]))
     looks = turn.T.astype(np.float32) @ vectors.astype(np.float32, copy=False)
-    return np.flatnonzero(_begins(np.ascontiguousarray(
-        looks.reshape(len(looks), bins, -1).swapaxes(0, 1).reshape(bins, -1)), LOST / bins))
+    return np.flatnonzero(_begins(looks.reshape(len(looks), bins, -1), np.ones(len(looks)),
+                                  LOST / bins))
 
 
 @njit(cache=True, error_model='numpy')
-def _begins(rows, limit):
-    """Return which rows (k, m) a run begins at: squares about its mean stay below a limit each."""
-    begins = np.zeros(len(rows), np.bool_)
-    mean, count, squares = rows[0].copy(), 1, 0.0
+def _begins(values, scales, limit):
+    """Return which bins of (n, k, m), by scales (n,), a run begins at: squares stay below."""
+    number, bins, width = values.shape
+    begins = np.zeros(bins, np.bool_)
+    mean, count, squares = values[:, 0].copy(), 1, 0.0
     begins[0] = True
-    for k in range(1, len(rows)):
+    for k in range(1, bins):
         apart = 0.0
-        for i in range(rows.shape[1]):
-            apart += (rows[k, i] - mean[i]) ** 2
+        for n in range(number):
+            own = 0.0
+            for i in range(width):
+                own += (values[n, k, i] - mean[n, i]) ** 2
+            apart += scales[n] ** 2 * own
         squares += apart * count / (count + 1)
         count += 1
         begins[k] = squares > limit * count
         if begins[k]:
-            mean[:] = rows[k]
+            mean[:] = values[:, k]
             count, squares = 1, 0.0
         else:
-            for i in range(rows.shape[1]):
-                mean[i] += (rows[k, i] - mean[i]) / count
+            for n in range(number):
+                for i in range(width):
+                    mean[n, i] += (values[n, k, i] - mean[n, i]) / count
     return begins

@@ -5,6 +5,7 @@ from scipy.stats import norm
 from ssi_ros.gap.inference.score_test import Directions, Templates
 from ssi_ros.gap.spectra.segmentation import Frame, unit_taper
 from ssi_ros.open_set.outliers import _cumulants
+from ssi_ros.updating.merged_bins import white_changes
 from ssi_ros.updating.model_uncertainty import no_uncertainty
 from ssi_ros.updating.score_variance import as_gaussian
 
@@ -36,8 +37,8 @@ def test_a_score_of_one_bin_has_the_tail_of_its_periodograms():
     model = np.broadcast_to(np.eye(2), (1, 8, 2, 2)).astype(complex)
     change = np.zeros((1, 8, 2, 2), complex)
     change[0, 3, 0, 0] = 1.0
-    here = Directions(Templates(('one',), change, {}, 1.0), model, (model / 2, model / 2),
-                      no_uncertainty(frame, 2), frame, frame.used)
+    here = Directions(Templates(('one',), white_changes(change, model[0]), {}, 1.0), model,
+                      (model / 2, model / 2), no_uncertainty(frame, 2), frame, frame.used)
     skewness = here.skewness(np.array([0]))[0]
     count = here.weight
     assert 1.5 / np.sqrt(count) < skewness < 3.0 / np.sqrt(count)

@@ -1,11 +1,12 @@
 """Bins in which errors of a model do alike: what is lost, and that the likelihood is the same."""
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from ssi_ros.hermitian import hermitian, real_vectors
+from ssi_ros.hermitian import hermitian, inverse_root, real_vectors, white_vectors
 from ssi_ros.updating.merged_bins import (
-    BinRuns, LOST, merged_bins, MergedBins, OF_SCORES, runs_beside, runs_of_scores)
+    BinRuns, LOST, merged, merged_bins, MergedBins, OF_SCORES, runs_beside, white_changes)
 from ssi_ros.updating.probable_errors import ErrorLikelihood, most_probable
 
 BINS, CHANNELS, WEIGHT = 600, 2, 8.0
@@ -71,21 +72,51 @@ def test_the_most_probable_errors_are_those_of_all_bins(directions):
     assert gain > 5.0 and merged_gain == pytest.approx(gain, rel=0.01)
 
 
-def changes_of(directions):
-    """Return directions as changes of a spectrum of ones, (5, k, l, l)."""
-    return hermitian(directions.reshape(5, BINS, CHANNELS, CHANNELS)).astype(np.complex64)
-
-
 def test_scores_keep_what_a_record_shows(directions):
     """In the mean over effects 0.3 % of their squares are lost, with a third of the bins."""
-    identity = np.tile(np.eye(CHANNELS, dtype=complex), (BINS, 1, 1))
-    changes = changes_of(directions)
-    runs = runs_of_scores(identity, changes)
-    assert len(runs.edges) < BINS / 3 and runs.edges[0] == 0 and runs.edges[-1] == BINS
-    lower = identity.astype(np.complex64)
-    kept = np.sum(np.square(runs.white(lower, changes)), axis=1) / np.sum(np.square(
-        directions), axis=1)
+    found = merged(directions.astype(np.float32), identities())
+    edges = found.runs.edges
+    assert len(edges) < BINS / 3 and edges[0] == 0 and edges[-1] == BINS
+    kept = np.sum(np.square(found.vectors), axis=1) / np.sum(np.square(directions), axis=1)
     assert 1 - kept.mean() < OF_SCORES and kept.max() < 1 + 1e-6
+
+
+def identities():
+    """Return the factors of a white spectrum, (k, l, l)."""
+    return np.tile(np.eye(CHANNELS, dtype=np.complex64), (BINS, 1, 1))
+
+
+def test_another_model_whitens_what_is_merged_as_it_does_every_bin(directions):
+    """One whose levels and cross spectra differ smoothly, in runs that resolve it."""
+    bins = np.arange(BINS)
+    model = np.zeros((BINS, CHANNELS, CHANNELS), complex)
+    model[:, 0, 0], model[:, 1, 1] = 2.0, 1 + bins / BINS
+    model[:, 1, 0] = 0.5j * np.cos(bins / 200)
+    model[:, 0, 1] = model[:, 1, 0].conj()
+    lower = inverse_root(model).astype(np.complex64)
+    changes = hermitian(directions.reshape(5, BINS, CHANNELS, CHANNELS))
+    every = white_changes(changes, identities())
+    brief = merged(every.vectors, every.factor)
+    runs = runs_beside(brief.runs, model)
+    exact = runs.projected(white_vectors(lower, changes.astype(np.complex64)))
+    short = brief.by(lower, runs, brief.vectors)
+    assert short.shape[1] < BINS * CHANNELS ** 2 / 3
+    lost = np.sum(np.square(short - exact), axis=1) / np.sum(np.square(exact), axis=1)
+    assert lost.max() < 10 * OF_SCORES
+    whole = every.by(lower, every.runs, every.vectors)
+    assert whole == pytest.approx(white_vectors(lower, changes), abs=1e-5)
+
+
+def test_a_delay_of_a_channel_turns_changes_with_their_spectrum(directions):
+    """Whitened by the model that is delayed alike, products of changes stay as they were."""
+    turn = np.exp(1j * np.linspace(0, 1, BINS))[:, None] ** np.array([0, 1])
+    late = turn[:, :, None] * identities()
+    every = white_changes(hermitian(directions.reshape(5, BINS, CHANNELS, CHANNELS)),
+                          identities())
+    found = replace(every, factor=late.astype(np.complex64)).by(
+        identities(), every.runs, every.vectors)
+    assert found @ found.T == pytest.approx(directions @ directions.T, rel=1e-4, abs=1e-4)
+    assert np.abs(found - directions).max() > 0.1
 
 
 def test_projections_are_orthogonal_and_keep_what_is_constant():
@@ -104,11 +135,10 @@ def test_projections_are_orthogonal_and_keep_what_is_constant():
 
 
 def test_a_resonance_that_no_template_has_is_resolved():
-    """A model whose peak lies within a run keeps its bins apart; without runs all are."""
+    """A model whose peak lies within a run keeps its bins apart."""
     bins = np.arange(BINS)
     peak = 1 + 50 / (1 + (bins - 200.0) ** 2)
     model = peak[:, None, None] * np.eye(CHANNELS)
     one = BinRuns(np.array([0, BINS]))
     found = runs_beside(one, model)
     assert set(range(197, 204)) <= set(found.edges) and len(found.edges) < BINS / 4
-    assert len(runs_beside(None, model).edges) == BINS + 1

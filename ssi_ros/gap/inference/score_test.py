@@ -16,8 +16,8 @@ from ssi_ros.gap.inference.whittle import whiten, whiten_each
 from ssi_ros.gap.nominal.simulator import level_prior
 from ssi_ros.gap.spectra.expected_periodogram import power_of
 from ssi_ros.hermitian import inverse_root, white_vectors
-from ssi_ros.tails import norm
-from ssi_ros.updating.merged_bins import BinRuns, runs_beside, runs_of_scores
+from ssi_ros.tails import tail_of_largest
+from ssi_ros.updating.merged_bins import merged, runs_beside, WhiteChanges
 from ssi_ros.updating.score_variance import as_gaussian
 
 DRAWS = 4000
@@ -29,20 +29,18 @@ class Templates:
     """Directions of effects around a nominal model."""
 
     effects: tuple          # one a template, at its starting value
-    changes: np.ndarray     # (t, k, l, l), complex64, of S at nominal levels, segments' mean
-    modulation: dict        # {template: (parts, k, l, l)}, deviations from that mean
+    white: WhiteChanges     # (t, ...), of S at nominal levels, segments' mean
+    modulation: dict        # {template: (parts, g l l)}, deviations from that mean, likewise
     level: float            # power of all excitation at nominal levels
     shifts: np.ndarray = None   # (t, m), by what the errors of the model are shifted beside
-    runs: BinRuns = None        # bins that count as one; every one by itself if left out
 
     def late(self, late, frame):
         """Return those of channels that are read late [samples], (l,)."""
         if not late:
             return self
         turn = lateness(late, frame.cycles).astype(np.complex64)
-        turn = turn[:, :, None] * turn[:, None, :].conj()
-        return replace(self, changes=self.changes * turn,
-                       modulation={i: m * turn for i, m in self.modulation.items()})
+        return replace(self, white=replace(
+            self.white, factor=turn[:, :, None] * self.white.factor))
 
 
 def make_templates(simulator, effects, progress=None):
@@ -55,8 +53,10 @@ def make_templates(simulator, effects, progress=None):
     nominal = simulator.expected(Candidate())
     base, errors = nominal.at_nominal, simulator.spacecraft.calibration
     declared = bool(errors.names) and not errors.covariance
+    factor = np.linalg.cholesky(base.mean(axis=0)).astype(np.complex64)
+    lower = inverse_root(base.mean(axis=0)).astype(np.complex64)
     kept, shifts, modulation, others = [], [], {}, SecondDegree()
-    changes = np.empty((len(effects), *base.shape[1:]), np.complex64)
+    vectors = np.empty((len(effects), lower.size), np.float32)
     for i, effect in enumerate(effects):
         if progress is not None:
             progress(i / len(effects))
@@ -68,16 +68,17 @@ def make_templates(simulator, effects, progress=None):
                 continue
             change = (there.at_nominal - base) / share
             others.keep(effect, change)
-        mean = change.mean(axis=0)
-        if len(change) > 1:
-            modulation[len(kept)] = (change - mean).astype(np.complex64)
-        changes[len(kept)] = mean
+        each = white_vectors(lower, change.astype(np.complex64))
+        mean = each.mean(axis=0)
+        if len(each) > 1:
+            modulation[len(kept)] = each - mean
+        vectors[len(kept)] = mean
         kept.append(effect)
         shifts.append(simulator.shift(candidate) / share)
-    changes = changes[:len(kept)]
-    return Templates(tuple(kept), changes, modulation, power_of(nominal.shares[:-1]),
-                     np.array(shifts) if np.any(shifts) else None,
-                     runs_of_scores(inverse_root(base.mean(axis=0)), changes))
+    white = merged(vectors[:len(kept)], factor)
+    return Templates(
+        tuple(kept), white, {i: white.runs.projected(m) for i, m in modulation.items()},
+        power_of(nominal.shares[:-1]), np.array(shifts) if np.any(shifts) else None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,16 +108,6 @@ class Scores:
             as_gaussian(self.z, self.skewness + np.zeros(len(self.z))), draws)))
 
 
-def tail_of_largest(found, largest, least=0.0):
-    """Return the chance of a largest score by draws of it, (n,), of `least` independent scores."""
-    share = np.mean(largest >= found)
-    if share > 20 / len(largest):
-        return float(share)
-    # beyond their resolution: the number of independent scores that gives their median
-    effective = max(np.log(0.5) / np.log1p(-2 * norm.sf(np.median(largest))), least)
-    return float(-np.expm1(effective * np.log1p(-2 * norm.sf(found))))
-
-
 def score(templates, fitted, evidence, uncertainty, here=None, skewed=True):
     """Return the Scores of all templates around a Fit; `here` are Directions of one near by."""
     record = uncertainty.taken_out(whiten(fitted.plain, evidence))
@@ -137,6 +128,7 @@ def score(templates, fitted, evidence, uncertainty, here=None, skewed=True):
         # a model that is the same for all segments was compared with their mean alone
         each = (excess if len(excess) > 1
                 else whiten_each(uncertainty.raised(fitted.model, evidence), evidence))
+        each = here.runs.projected(each)
         for i, part in here.modulation.items():
             raw[i] += evidence.each_of * np.sum(part * each) / evidence.frame.inflation
     z, skewness = raw / here.spread, np.zeros(len(raw))
@@ -170,8 +162,9 @@ class Directions:
         lower = inverse_root(model)[0].astype(np.complex64)
         # templates are made at nominal levels: the excitation of the record scales them
         scaled = np.float32(np.sqrt(power_of(shares[:-1]) / templates.level)) * lower
-        self.runs = runs_beside(templates.runs, model[0])
-        self.flat = self.runs.white(scaled, templates.changes)
+        white = templates.white
+        self.runs = runs_beside(white.runs, model[0])
+        self.flat = white.by(scaled, self.runs, white.vectors)
         vectors = self.runs.projected(uncertainty.vectors)
         if templates.shifts is not None:
             moves = (templates.shifts @ uncertainty.into.T).astype(np.float32)
@@ -185,8 +178,8 @@ class Directions:
         self.information = (count * (self.flat @ self.flat.T).astype(float)
                             - self.mixed @ self.inner @ self.mixed.T)
         parts = np.unique(frame.parts_of(segments))
-        self.modulation = {i: white_vectors(scaled, s[parts])
-                           for i, s in templates.modulation.items()}
+        self.modulation = {i: white.by(scaled, self.runs, m[parts])
+                           for i, m in templates.modulation.items()}
         for i, part in self.modulation.items():
             for j, other in self.modulation.items():
                 self.information[i, j] += np.sum(part * other) / len(parts) * count

@@ -45,7 +45,7 @@ def score_drifts(here, fitted, evidence, uncertainty):
     # out.
     frame = evidence.frame
     middles = frame.mean_of_parts(np.array(frame.begins))[list(evidence.parts)] + frame.rows / 2
-    each = whiten_each(uncertainty.raised(fitted.model, evidence), evidence)
+    each = here.runs.projected(whiten_each(uncertainty.raised(fitted.model, evidence), evidence))
     levels = here.basis[:len(fitted.levels)]
     apart = here.flat - (here.flat @ levels.T) @ np.linalg.pinv(levels @ levels.T) @ levels
     halves = np.arange(min(SHAPES, len(middles) - 1) + 1)

@@ -17,6 +17,7 @@ from ssi_ros.gap.inference.thresholds import LIMITS
 from ssi_ros.gap.spectra.expected_periodogram import power_of
 from ssi_ros.hermitian import hermitian, inverse_root
 from ssi_ros.model.excitation import Coloured, source, White
+from ssi_ros.updating.merged_bins import merged, white_changes
 from ssi_ros.updating.model_uncertainty import no_uncertainty
 from ssi_ros.updating.score_variance import energies, score_std
 
@@ -49,8 +50,9 @@ class ChangeTemplates:
 
 def make_change_templates(simulator):
     """Compute all templates of unmodelled changes around a simulator's nominal spectrum."""
-    return ChangeTemplates(constant_templates(simulator),
-                           _templates_of(simulator, _drifts(simulator)))
+    drifts = _templates_of(simulator, _drifts(simulator))
+    white = merged(drifts.white.vectors, drifts.white.factor)
+    return ChangeTemplates(constant_templates(simulator), replace(drifts, white=white))
 
 
 def constant_templates(simulator):
@@ -73,7 +75,8 @@ def constant_templates(simulator):
             scatter = max(1.0, np.sqrt(share) * score_std(
                 simulator, hermitian(rest.reshape(model.shape)), lower, at_hz, decay))
         changes[i] = replace(change, scatter=scatter, count=count)
-    return replace(templates, effects=tuple(changes))
+    return replace(templates, effects=tuple(changes),
+                   white=merged(templates.white.vectors, templates.white.factor))
 
 
 def _templates_of(simulator, changes):
@@ -85,7 +88,8 @@ def _templates_of(simulator, changes):
         if np.any(np.abs(spectrum) > 1e-12 * np.abs(base).max()):
             kept.append(change)
             spectra.append(spectrum.astype(np.complex64))
-    return Templates(tuple(kept), np.array(spectra), {}, power_of(nominal.shares[:-1]))
+    return Templates(tuple(kept), white_changes(np.array(spectra), base.mean(axis=0)), {},
+                     power_of(nominal.shares[:-1]))
 
 
 def _constant_changes(simulator):

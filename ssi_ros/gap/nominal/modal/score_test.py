@@ -4,11 +4,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ssi_ros.gap.comparison import ScoreTest
-from ssi_ros.gap.inference.score_test import tail_of_largest
 from ssi_ros.gap.nominal.modal.fit import LEVEL_STEPS, predict, whitened, whitener
 from ssi_ros.gap.nominal.modal.mixed_halves import mixed_halves
 from ssi_ros.gap.nominal.thresholds import LIMITS
-from ssi_ros.tails import norm, student
+from ssi_ros.tails import norm, student, tail_of_largest
 
 SPLITS = 1000           # mixed halves
 MOST_ALIKE = 0.8        # correlation of neighbouring groups
