@@ -12,6 +12,7 @@ SETTLES_S = 3600.0
 NUTATES = 1e-3          # damping ratio below which a pole is a nutation, not a mode of an array
 LEAST_TURN = 0.1        # radians in a record, from which a pole turns at all
 WORST_CONDITION = 1e8       # of the eigenvectors; half of the digits of a double are left
+TOGETHER = 1024         # frequencies at once, which stay in the cache
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,6 +94,16 @@ class StateSpace:
         values, vectors, inverse = self.diagonal
         return _response(values, self.c @ vectors, inverse @ self.b[:, inputs],
                          self.d[:, inputs], s)
+
+    def lasting_hz(self, duration_s):
+        """
+        Return the frequencies of modes that decay more slowly than a record lasts, (m,), [Hz].
+
+        Momentum of wheels lets a craft nutate without damping.
+        """
+        poles = self.diagonal[0]
+        slow = (poles.imag > 0) & (-poles.real < 1 / duration_s)
+        return poles.imag[slow] / (2 * np.pi)
 
     def discrete(self, rate_hz):
         """Return the exact sampled system for inputs held over a sample, eq. (21)."""
@@ -202,6 +213,9 @@ def stationary_divisor(poles, rate_hz, turn=1.0):
 
 
 def _response(poles, c, b, d, s):
-    away = 1.0 / (np.asarray(s)[:, None] - poles[None, :])
-    residues = (c.T[:, :, None] * b[:, None, :]).reshape(len(poles), -1)
-    return (away @ residues).reshape(-1, *d.shape) + d
+    s, residues = np.asarray(s), (c.T[:, :, None] * b[:, None, :]).reshape(len(poles), -1)
+    out = np.empty((len(s), residues.shape[1]), complex)
+    for begin in range(0, len(s), TOGETHER):
+        part = slice(begin, begin + TOGETHER)
+        out[part] = (1.0 / (s[part, None] - poles)) @ residues
+    return out.reshape(-1, *d.shape) + d

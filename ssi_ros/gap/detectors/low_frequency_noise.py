@@ -6,6 +6,7 @@ have no bin. There the whole record is one segment, and every channel is compare
 others predict of it, and with more white noise.
 """
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -26,13 +27,12 @@ FASTEST_S = 0.2         # shortest time constant of the grid
 @detects('sensor_drift', of='spectrum')
 def detect_low_frequency_noise(effect, simulator, fitted, samples, settings):
     """Detect slow first-order noise on the channel where noise of any kind is most likely."""
-    duration_s = len(samples.values) / samples.rate_hz
-    times = np.geomspace(FASTEST_S, duration_s, TIMES)
-    gains, powers, channel = noisiest(_grids(simulator, fitted, samples, settings, times))
+    gains, powers, channel = noisiest(_grids(simulator, fitted, samples, settings))
     trials = LIMITS.drift_trials.value * len(samples.channels)
     p_value = min(1.0, trials * chi2.sf(2 * max(gains.max(), 0.0), 1) / 2)
     if p_value > LIMITS.p_value.value:
         return None
+    times = _times(len(samples.values) / samples.rate_hz)
     weights = np.exp(gains - gains.max())
     rms, rms_std = moments(np.log(powers) / 2, weights.sum(axis=1))
     time, time_std = moments(np.log(times), weights.sum(axis=0))
@@ -55,13 +55,29 @@ def noisiest(grids):
     return gains - white, powers, channel
 
 
-def _grids(simulator, fitted, samples, settings, times):
+def _grids(simulator, fitted, samples, settings):
     """
     Yield what noise explains in every channel, the powers of its sizes [(m/s^2)^2], the channel.
 
     First the log likelihoods of slow noise, (sizes, times), then that of white noise, its best.
     """
-    rows, rate_hz = samples.values.shape[0], samples.rate_hz
+    frame, known, inverse, beside = _noise(simulator, fitted, len(samples.values), settings)
+    filtered = np.einsum('kij,kj->ki', inverse, spectra(samples, frame)[0][known])
+    for channel, x, (own, powers, *both) in zip(samples.channels, filtered.T, beside):
+        slow, white = (slope @ np.float32(np.abs(x) ** 2 / own) - rest
+                       for slope, rest in both)
+        yield slow, white.max(initial=0.0), powers, channel
+
+
+@lru_cache(maxsize=2)       # the blocks of a long record are of one length
+def _noise(simulator, fitted, rows, settings):
+    """
+    Return frame, bins that are used, inverse spectrum in them, and noise beside every channel.
+
+    That is the inverse power of what the others do not predict, the powers of the sizes, and the
+    log likelihoods of slow and white noise, each linear in the periodogram.
+    """
+    rate_hz = simulator.spacecraft.rate_hz
     frame = replace(
         whole_frame(rows, rate_hz, settings, TAPER_SHARE * rows / rate_hz),
         first=SLOWEST,
@@ -69,38 +85,25 @@ def _grids(simulator, fitted, samples, settings, times):
     side = simulator.on(frame)
     setup = side.setup(fitted.candidate, fitted.levels)
     spectrum = side.spectrum(setup).at(fitted.levels)[0]
-    known = (_away_from_unsettled(setup.system.state_space, frame)
-             & (np.linalg.eigvalsh(spectrum)[:, 0] > 0.0))
+    # near modes that outlast the record no expected spectrum holds: their power grows with time
+    lines_hz = setup.system.state_space.lasting_hz(rows / rate_hz)
+    away = np.abs(frame.frequencies_hz[:, None] - lines_hz) > AROUND * rate_hz / rows
+    known = away.all(axis=1) & (np.linalg.eigvalsh(spectrum)[:, 0] > 0.0)
     inverse = np.linalg.inv(spectrum[known])
-    filtered = np.einsum('kij,kj->ki', inverse, spectra(samples, frame)[0][known])
-    own = np.einsum('kii->ki', inverse).real
-    recall = np.exp(-1 / rate_hz / times)[:, None]
+    recall = np.exp(-1 / rate_hz / _times(rows / rate_hz))[:, None]
     shape = (1 - recall ** 2) / np.abs(
         1 - recall * np.exp(-2j * np.pi * frame.frequencies_hz[known] / rate_hz)) ** 2
-    sizes = np.geomspace(0.1, 1e6, SIZES)       # of noise, over the least that a bin can show
-    for i, channel in enumerate(samples.channels):
-        powers = sizes / np.max(shape.max(axis=0) * own[:, i])
-        extra = powers[:, None, None] * shape * own[:, i]       # size, time, bin
-        ratio = np.abs(filtered[:, i]) ** 2 / own[:, i]
-        white = sizes[:, None] * own[:, i] / np.max(own[:, i])
-        yield (_gain(extra, ratio, frame), _gain(white, ratio, frame).max(initial=0.0), powers,
-               channel)
+    sizes, found = np.geomspace(0.1, 1e6, SIZES, dtype=np.float32), []
+    for own in np.einsum('kii->ik', inverse).real:
+        most = np.max(shape.max(axis=0) * own)      # sizes are over the least that a bin can show
+        both = (sizes[:, None, None] * np.float32(shape * own / most),
+                sizes[:, None] * np.float32(own / np.max(own)))
+        found.append((own, sizes / most, *((
+            x / (1 + x) / np.float32(frame.inflation),
+            np.log1p(x).sum(axis=-1, dtype=float) / frame.inflation) for x in both)))
+    return frame, known, inverse, found
 
 
-def _gain(extra, ratio, frame):
-    """Return the log likelihood of noise over that of none, bins last."""
-    return (ratio * extra / (1 + extra) - np.log1p(extra)).sum(axis=-1) / frame.inflation
-
-
-def _away_from_unsettled(system, frame):
-    """
-    Return the bins away from modes that decay more slowly than the record lasts, bool, shape (k,).
-
-    Momentum of wheels lets the craft nutate without damping: its power grows with time, and no
-    expected spectrum holds there.
-    """
-    poles = system.diagonal[0]
-    step_hz = frame.rate_hz / frame.rows
-    lines_hz = poles.imag[(poles.imag > 0) & (-poles.real < step_hz)] / (2 * np.pi)
-    away = np.abs(frame.frequencies_hz[:, None] - lines_hz) > AROUND * step_hz
-    return away.all(axis=1)
+def _times(duration_s):
+    """Return the time constants of the grid [s]."""
+    return np.geomspace(FASTEST_S, duration_s, TIMES)
