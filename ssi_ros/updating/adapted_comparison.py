@@ -7,9 +7,9 @@ from ssi_ros.gap.inference.model_fit import fit
 from ssi_ros.gap.inference.score_test import make_templates
 from ssi_ros.gap.nominal.model_answer import fit_of
 from ssi_ros.gap.nominal.model_comparison import ModelComparison
-from ssi_ros.gap.selection.thresholds import SELECTION
 from ssi_ros.updating.adapt import Adapted, beside
 from ssi_ros.updating.prior import stand
+from ssi_ros.updating.settled import leaves_nothing
 
 FIRST_STEPS = 8         # of a fit of a candidate and all errors, before the best are chosen
 STEPS = 20              # of theirs, in a round
@@ -117,11 +117,9 @@ class AdaptedComparison(ModelComparison):
     def corrected(self, ranked):
         """Leave out what linear errors make too likely, where another candidate leaves nothing."""
         # beyond their linear range errors raise a likelihood that no such model has
-        def leaves_nothing(r):
-            return self.residual(r.fit).p_value >= SELECTION['residual_p'].value
         own = [r for r in ranked if self.side(r.fit).candidate == r.fit.candidate]
-        if own and own[0] is not ranked[0] and any(leaves_nothing(r) for r in own):
-            ranked = [r for r in ranked if r in own or leaves_nothing(r)]
+        if own and own[0] is not ranked[0] and any(leaves_nothing(self, r.fit) for r in own):
+            ranked = [r for r in ranked if r in own or leaves_nothing(self, r.fit)]
         return super().corrected(ranked)
 
     def built(self, ranked, detections):

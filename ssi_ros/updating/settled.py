@@ -39,9 +39,9 @@ def settled(comparison, beside):
     if not is_far(comparison, comparison.null):
         alone = _moved(comparison, beside)
         if alone is not comparison and (explains(alone) or (
-                _is_usual(alone) and best_of(alone, pairs=False)[1])):
+                _is_usual(alone) and best_of(alone, pairs=False, simulated=False)[1])):
             return alone
-    best, done = best_of(comparison, pairs=False)
+    best, done = best_of(comparison, pairs=False, simulated=False)
     if done:
         return comparison
     tried = [(comparison, best)] if best else []
@@ -50,7 +50,7 @@ def settled(comparison, beside):
         there = alone if alone and not candidate else _moved(comparison, beside, candidate)
         # errors so far off have taken up another effect
         if there is not comparison and _is_usual(there):
-            own, done = best_of(there, pairs=False)
+            own, done = best_of(there, pairs=False, simulated=False)
             if done:
                 return there
             tried += [(there, own)] if own else []
@@ -114,20 +114,33 @@ def is_far(comparison, fit):
     return comparison.goodness_of_fit(fit).deviations > SELECTION['far'].value
 
 
+def leaves_nothing(comparison, fit):
+    """Return whether what a fit leaves is within what its own records leave of themselves."""
+    # no record that it simulates takes back what an exact spectrum leaves of this one
+    exact = not (fit.candidate.approximation or fit.candidate.nonlinear)
+    return not (exact and comparison.goodness_of_fit(fit).deviations >= SPECTRUM_FITS) and (
+        comparison.residual(fit).p_value >= SELECTION['residual_p'].value)
+
+
+def suffices(moved, fit, wrong):
+    """Return whether a moved model needs no effects beside linear errors, as of a wrong model."""
+    return moved.needs_errors(fit) if wrong else leaves_nothing(moved, fit)
+
+
 def search_of(comparison):
     """Return the Search of a comparison, before any fit."""
     found = comparison.residual(comparison.null)
     return Search(comparison, found, comparison.settings, lambda share: None)
 
 
-def best_of(comparison, pairs=True):
+def best_of(comparison, pairs=True, simulated=True):
     """Return the best explanation beside a model, or None, and whether it is one."""
     search = search_of(comparison)
     ranked = search.singles()
     # two effects are tried where the rest is small enough to be another one
     if not ranked or is_far(comparison, ranked[0].fit):
         return next(iter(ranked), None), False
-    residual = comparison.residual(ranked[0].fit, simulated=pairs)
+    residual = comparison.residual(ranked[0].fit, simulated)
     limit = SELECTION['residual_p'].value
     if residual.p_value < limit and residual.gap.deviations < SPECTRUM_FITS:
         # impulses or the law of a hinge fail tests that their own records fail as well

@@ -20,7 +20,7 @@ from ssi_ros.records import Samples
 from ssi_ros.updating.adapted_comparison import AdaptedComparison
 from ssi_ros.updating.prior import known_by_recordings
 from ssi_ros.updating.refilled import adapted_and_filled, as_the_best_has_it, of_clipped
-from ssi_ros.updating.settled import best_of, explains, is_better, search_of, settled
+from ssi_ros.updating.settled import best_of, explains, is_better, search_of, settled, suffices
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,7 @@ class ModelNominal:
             return as_it_is
         # what is as far as this is wrong itself, more probably than one effect is so large
         wrong = doubt or as_it_is.goodness_of_fit(as_it_is.null).lost > LIMITS.wrong_model.value
-        best, done = (None, False) if wrong else best_of(as_it_is)
+        best, done = (None, False) if wrong else best_of(as_it_is, pairs=False)
         if done:
             return as_it_is
         simulator, record, settings = as_it_is.simulator, as_it_is.record, as_it_is.settings
@@ -102,7 +102,7 @@ class ModelNominal:
         if doubt or explains(moved):
             return moved
         there = next(iter(search_of(moved).singles()), None)
-        if wrong and not (there and moved.needs_errors(there.fit)):
+        if not (there and suffices(moved, there.fit, wrong)):
             best, done = best_of(as_it_is)
         return as_it_is if done or is_better(as_it_is, best, there, moved) else moved
 
