@@ -1,6 +1,8 @@
 """A model that may be wrong, beside a record: every candidate at errors of its own."""
 from dataclasses import replace
 
+import numpy as np
+
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.comparison import Fit
 from ssi_ros.gap.inference.model_fit import fit
@@ -34,7 +36,7 @@ class AdaptedComparison(ModelComparison):
         self.bare, self._sides, self._templates, self._detections = simulator, {}, {}, {}
         super().__init__(adapted.simulator, record, settings, effects, adapted.fit.levels[0],
                          progress, adapted.prior)
-        self.occam = adapted.fit.occam
+        self.occam, self._highest = adapted.fit.occam, -np.inf
         self.here = replace(self.here, adapted=adapted)
 
     def side(self, fit):
@@ -71,10 +73,16 @@ class AdaptedComparison(ModelComparison):
 
     def _risen(self, found, before):
         """Return a first fit that a few steps more do not raise by much, unlike the last ones."""
+        last = 0.0
         for _ in range(ROUNDS):
-            if found.log_likelihood - before.log_likelihood < STILL_RISING:
+            gain = found.log_likelihood - before.log_likelihood
+            behind = self._highest - found.log_likelihood
+            # what rises ever more slowly, a geometric series, does not catch up
+            if gain < STILL_RISING or gain < last and gain ** 2 / (last - gain) < behind:
                 break
-            before, found = found, self._together(found.candidate, found, False) or found
+            last, before = gain, found
+            found = self._together(found.candidate, found, False) or found
+        self._highest = max(self._highest, found.log_likelihood)
         return found
 
     def _finished(self, found):

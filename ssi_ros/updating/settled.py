@@ -119,7 +119,7 @@ def leaves_nothing(comparison, fit):
     # no record that it simulates takes back what an exact spectrum leaves of this one
     exact = not (fit.candidate.approximation or fit.candidate.nonlinear)
     return not (exact and comparison.goodness_of_fit(fit).deviations >= SPECTRUM_FITS) and (
-        comparison.residual(fit).p_value >= SELECTION['residual_p'].value)
+        comparison.residual(fit, not exact).p_value >= SELECTION['residual_p'].value)
 
 
 def suffices(moved, fit, wrong):

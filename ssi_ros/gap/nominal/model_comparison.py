@@ -243,13 +243,13 @@ class ModelComparison(Comparison):
                      for c in self._starts(starts.brackets(e))[:SCANNED])
 
     def pairs(self, found, residual, ranked):
-        """Return the pairs that explain most together."""
-        one, none = ranked[0].fit, self.null
-        rest, whole = (self._scores(f.state.without_errors, self.side(f)) for f in (one, none))
+        """Return the pairs that explain most together; far away no score promises any."""
+        one, far = ranked[0].fit, found.gap.deviations > LIMITS['far'].value
+        rest, none = (self._scores(f.state.without_errors, self.side(f)) for f in (one, self.null))
         more = [e for s in (residual.score_test.state, rest) for e in starts.promising(
             s, PAIRS_TO_FIT)] + [d.basis for d in residual.detections]
         pairs = [one.candidate.with_one_more(e) for e in more if e.name not in one.candidate.names]
-        pairs += [Candidate(p) for p in starts.promising_pairs(whole, PAIRS_TO_FIT)]
+        pairs += map(Candidate, starts.promising_pairs(none, 0 if far else PAIRS_TO_FIT))
         return tuple({c.kinds: c for c in reversed(pairs)}.values())     # the first of each
 
     def indistinguishable(self, found, candidate):

@@ -177,6 +177,8 @@ def promising_pairs(scores, count):
     both[names[:, None] == names] = 0.0
     found = {}
     for flat in np.argsort(-both, axis=None)[:MOST_PAIRS]:
+        if len(found) == count:
+            break
         i, j = np.unravel_index(flat, both.shape)
         inner = np.linalg.solve(np.array([[1, r[i, j]], [r[i, j], 1 + 1e-6]]), [z[i], z[j]])
         sizes = inner / scores.detection[[i, j]]
@@ -185,8 +187,6 @@ def promising_pairs(scores, count):
             continue
         key = frozenset((names[i], names[j]))
         found.setdefault(key, tuple(at_size(e, s) for e, s in zip(effects, sizes)))
-        if len(found) == count:
-            break
     return list(found.values())
 
 
