@@ -8,7 +8,6 @@ import math
 
 from numba import njit
 import numpy as np
-from scipy.ndimage import uniform_filter1d
 
 SMALL = 8               # channels up to which loops are faster than calls of a library
 
@@ -198,6 +197,7 @@ def whitened_alike(model, spectra):
 
 def positive(difference):
     """Return what of a difference, smooth over three bands, is a spectrum, (b, l, l)."""
-    smooth = uniform_filter1d(difference.real, 3, 0) + 1j * uniform_filter1d(difference.imag, 3, 0)
+    around = np.concatenate([difference[:1], difference, difference[-1:]])
+    smooth = (around[:-2] + around[1:-1] + around[2:]) / 3
     values, vectors = np.linalg.eigh(smooth)
     return (vectors * np.maximum(values, 0.0)[:, None, :]) @ vectors.conj().swapaxes(-1, -2)

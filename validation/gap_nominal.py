@@ -164,10 +164,10 @@ def crafts(kind, errors, first, recordings=1, apart=0.0):
         yield number, rng, truth, nominal, prior
 
 
-def drawn(rng, oracle, names, number, pairs):
-    """Return the effect whose turn it is of the size DETECTION, or two drawn at random."""
+def drawn(rng, oracle, names, number, pairs, detection=DETECTION):
+    """Return the effect whose turn it is, of a size that is given, or two drawn at random."""
     if not pairs:
-        return [draw(rng, oracle, names[number % len(names)], DETECTION)]
+        return [draw(rng, oracle, names[number % len(names)], detection)]
     while True:
         two = rng.choice(names, 2, replace=False)
         if effect_class(two[0]).site != effect_class(two[1]).site:
@@ -175,7 +175,7 @@ def drawn(rng, oracle, names, number, pairs):
                     for name in two]
 
 
-def run(kind, count, errors, out, first, only=(), pairs=False):
+def run(kind, count, errors, out, first, only=(), pairs=False, detection=DETECTION):
     """Write one line of JSON for every record: of each craft one without effect first."""
     names, done = list(only or applicable(load_spacecraft())), 0
     for number, rng, truth, nominal, prior in crafts(kind, errors, first):
@@ -190,7 +190,7 @@ def run(kind, count, errors, out, first, only=(), pairs=False):
                         nominal, excitation=recorded.excitation)
                     effects = drawn(rng, WideOracle(side) if kind == 'alone'
                                     else oracle_of(side, prior), names,
-                                    CASES * number + case - 1, pairs)
+                                    CASES * number + case - 1, pairs, detection)
                 samples = simulate_setup(inject(recorded, effects, SECONDS),
                                          80_000 + 10 * number + case)
             except ValueError as error:
@@ -199,7 +199,7 @@ def run(kind, count, errors, out, first, only=(), pairs=False):
             done += 1
             begin = time.process_time()
             found = diagnose(nominal, samples)
-            line = {'case': f'{number}.{case}', 'detection': DETECTION if effects else 0.0,
+            line = {'case': f'{number}.{case}', 'detection': detection if effects else 0.0,
                     'effects': [e.name for e in effects], 'texts': [e.text() for e in effects],
                     'truth': {f'{e.name}.{f.name}': getattr(e, f.name) for e in effects
                               for f in e.numbers()},
@@ -224,13 +224,15 @@ def main():
     parser.add_argument('--first', type=int, default=0, help='number of the first craft')
     parser.add_argument('--only', nargs='*', default=())
     parser.add_argument('--pairs', action='store_true', help='two effects a record')
+    parser.add_argument('--detection', type=float, default=DETECTION, help="d' of an effect")
     parser.add_argument('--out', default='nominal.jsonl')
     args = parser.parse_args()
     if args.kind == 'summary':
         summary(args.what)
         return
     with open(args.out, 'a') as out:
-        run(args.kind, int(args.what), args.errors, out, args.first, args.only, args.pairs)
+        run(args.kind, int(args.what), args.errors, out, args.first, args.only, args.pairs,
+            args.detection)
 
 
 if __name__ == '__main__':

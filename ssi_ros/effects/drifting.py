@@ -3,7 +3,6 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
-from scipy.interpolate import BarycentricInterpolator
 
 from ssi_ros.effects.edits import scale_stiffness
 
@@ -38,6 +37,7 @@ def drifting(setup, times_s):
     nodes, at_times = changes, _own
     few = _count(setup.system.state_space.diagonal[0], np.ptp(changes) / 4)
     if few < len(changes):
+        from scipy.interpolate import BarycentricInterpolator    # hardly any diagnosis needs it
         middle, half = (changes.max() + changes.min()) / 2, np.ptp(changes) / 2
         nodes = middle + half * np.cos(np.pi * (np.arange(few) + 0.5) / few)
         at_times = partial(_interpolated, BarycentricInterpolator(nodes, np.eye(few))(changes))
