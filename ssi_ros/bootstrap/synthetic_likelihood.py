@@ -2,19 +2,21 @@
 Numbers of which only simulations say what they make: a synthetic likelihood, eq. (108a).
 
 Statistics of simulated records are Gaussian about a quadratic function of the numbers, near those
-that make what was observed (Wood, Nature 466, 2010).
+that make what was observed (Wood, Nature 466, 2010): each round is drawn nearer to them.
 """
 import numpy as np
 
-SIMULATED = 80          # numbers of each of both rounds
-NEAREST = 5             # one in so many of the first round says where the second is drawn
-WIDER = 1.5             # than those, in standard deviations
-LEAST_STD = 0.15        # of a logarithm, that the second round has at least
+ANYWHERE = 80           # numbers of the first round, of all that are possible,
+NEAREST = 5             # of which one in so many says where the second is drawn
+SIMULATED = 50          # numbers of each round after it
+WIDER = 1.5             # than what the round before leaves possible, in standard deviations
+LEAST_STDS = 0.15, 0.03     # of a logarithm, that the points of a round have at least
+FARTHEST, POINTS = 2.5, 41  # deviations of them that are possible, and points of each axis there
 
 
-def posterior(simulate, goal, grid, generator):
+def posterior(simulate, goal, grid, possible, generator):
     """
-    Return the probability of each point of a grid.
+    Return points near the most probable numbers, and the probability of each.
 
     Parameters
     ----------
@@ -24,32 +26,48 @@ def posterior(simulate, goal, grid, generator):
         The same of the record.
     grid : ndarray, shape (g, p)
         Numbers that are possible, logarithms of sizes, alike probable.
+    possible : callable
+        Which of some points (n, p) are possible, bool, (n,).
     generator : numpy.random.Generator
         Which points are simulated.
 
     Returns
     -------
-    ndarray, shape (g,)
+    ndarray, shape (n, p)
+    ndarray, shape (n,)
 
     """
-    points = grid[generator.integers(len(grid), size=SIMULATED)]
+    points = grid[generator.integers(len(grid), size=ANYWHERE)]
     found = np.array([simulate(p) for p in points])
     off = (found - goal) / np.maximum(found.std(axis=0), 1e-12)
-    near = points[np.argsort((off ** 2).sum(axis=1))[:SIMULATED // NEAREST]]
-    spread = WIDER ** 2 * (np.cov(near.T) + LEAST_STD ** 2 * np.eye(grid.shape[1]))
-    away = grid - near.mean(axis=0)
-    chances = np.exp(-np.einsum('gp,pq,gq->g', away, np.linalg.inv(spread), away) / 2)
-    points = grid[generator.choice(len(grid), SIMULATED, p=chances / chances.sum())]
-    found, centre = np.array([simulate(p) for p in points]), points.mean(axis=0)
-    terms = _quadratic(points - centre)
+    points = points[np.argsort((off ** 2).sum(axis=1))[:ANYWHERE // NEAREST]]
+    chances = np.full(len(points), 1 / len(points))
+    axis = np.linspace(-FARTHEST, FARTHEST, POINTS)
+    units = np.stack(np.meshgrid(*[axis] * grid.shape[1]), -1).reshape(-1, grid.shape[1])
+    drawn = np.exp(-(units ** 2).sum(axis=1) / 2)
+    for least in LEAST_STDS:
+        mean = chances @ points
+        covariance = (chances * (points - mean).T) @ (points - mean)
+        local = mean + WIDER * units @ np.linalg.cholesky(
+            covariance + least ** 2 * np.eye(len(mean))).T
+        kept = possible(local)
+        if not kept.any():
+            break
+        points, weights = local[kept], drawn[kept]
+        some = points[generator.choice(len(points), SIMULATED, p=weights / weights.sum())]
+        chances = _beside(some, np.array([simulate(p) for p in some]), goal, points)
+    return points, chances
+
+
+def _beside(simulated, found, goal, points):
+    """Return the probability of points by the statistics that were found at simulated ones."""
+    centre = simulated.mean(axis=0)
+    terms = _quadratic(simulated - centre)
     slopes, *_ = np.linalg.lstsq(terms, found, rcond=None)
     rest = found - terms @ slopes
     covariance = rest.T @ rest / (SIMULATED - terms.shape[1]) + 1e-6 * np.eye(len(goal))
-    off = goal - _quadratic(grid - centre) @ slopes
+    off = goal - _quadratic(points - centre) @ slopes
     log = -np.einsum('gs,st,gt->g', off, np.linalg.inv(covariance), off) / 2
-    # a quadratic function holds where it was fitted
-    low, high = points.min(axis=0), points.max(axis=0)
-    log[np.any((grid < low) | (grid > high), axis=1)] = -np.inf
     chances = np.exp(log - log.max())
     return chances / chances.sum()
 

@@ -268,6 +268,10 @@ class Effect:
         """Return the effects of this kind that make a line at a frequency by what they are."""
         return ()
 
+    def driven_hz(self):
+        """Return first and last frequency of what it adds to an input; None of others."""
+        return None
+
     @classmethod
     def one_sided(cls):
         """Return whether the size has one sign only, as a mass has."""

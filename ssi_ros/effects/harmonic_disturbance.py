@@ -26,3 +26,7 @@ class HarmonicDisturbance(Effect):
         drives = input_name(setup.system, self.drives)
         return add_part(setup, Sine(drives, self.torque_n_m, self.frequency_hz, name=self.name,
                                     held=False))
+
+    def driven_hz(self):
+        """Return its frequency twice."""
+        return self.frequency_hz, self.frequency_hz

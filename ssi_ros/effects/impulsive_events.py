@@ -1,4 +1,6 @@
 """Small impulses at random: stick-slip, micrometeoroids, thermal creaks."""
+import math
+
 from ssi_ros.effects.base import Effect, effect, ModalPattern, Site
 from ssi_ros.effects.edits import add_part, input_name
 from ssi_ros.model.disturbances import Pulses
@@ -26,3 +28,7 @@ class ImpulsiveEvents(Effect):
         """Return the setup with the pulses among its excitation."""
         return add_part(setup, Pulses(input_name(setup.system, self.drives), self.impulse_n_m_s,
                                       self.rate_per_min, name=self.name))
+
+    def driven_hz(self):
+        """Return all frequencies."""
+        return 0.0, math.inf

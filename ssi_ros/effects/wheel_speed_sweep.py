@@ -35,3 +35,7 @@ class WheelSpeedSweep(Effect):
         drives = input_name(setup.system, self.drives)
         return add_part(setup, Chirp(drives, self.torque_n_m, self.start_hz, self.end_hz,
                                      setup.duration_s, name=self.name, held=False))
+
+    def driven_hz(self):
+        """Return both ends."""
+        return self.start_hz, self.end_hz

@@ -16,11 +16,14 @@ def test_mean_and_deviation_of_gaussian_samples():
         # the third says nothing: it must do no harm
         return np.array([values.mean(), np.log(values.std()), generator.standard_normal()])
 
+    def inside(points):
+        return np.all((points >= grid.min(axis=0)) & (points <= grid.max(axis=0)), axis=1)
+
     off, stds = [], []
     for _ in range(RECORDS):
-        chances = posterior(simulate, simulate((0.4, 0.0)), grid, generator)
-        mean = chances @ grid
-        stds.append(np.sqrt(chances @ (grid - mean) ** 2))
+        points, chances = posterior(simulate, simulate((0.4, 0.0)), grid, inside, generator)
+        mean = chances @ points
+        stds.append(np.sqrt(chances @ (points - mean) ** 2))
         off.append((mean - (0.4, 0.0)) / stds[-1])
     # the scatter is one for all numbers: of the mean it is that of larger deviations as well
     ratio = np.mean(stds, axis=0) / (COUNT ** -0.5, (2 * COUNT) ** -0.5)

@@ -1,5 +1,6 @@
 """Lines: a sine of the input, and a line that no input makes, eq. (106)."""
 import numpy as np
+from scipy.optimize import minimize_scalar
 
 from ssi_ros.effects.registry import deflection, detects
 from ssi_ros.gap.comparison import Detection
@@ -32,13 +33,13 @@ def detect_tone(effect, reconstruction):
     p_value = chance(rare[best], trials)
     if p_value > LIMITS.p_value.value:
         return None
-    shift, top = _parabola(power, best)
-    frequency = (best + shift) / 2 + one.first
+    frequency, top = _peak(series[:one.rows], best / 2 + one.first)
+    top /= scale
     gain = np.interp(frequency, np.arange(one.first, last), one.machine_gain)
     height = np.sqrt(scale * max(top - 1.0, 0.0))
     amplitude = 2 * height / gain / np.sum(one.taper[~one.missing])
     frequency_hz = frequency * one.rate_hz / one.rows
-    size = np.sqrt(2 * power[best])
+    size = np.sqrt(2 * top)
     stds = {'torque_n_m': amplitude / size,
             'frequency_hz': np.sqrt(6) / np.pi / size * one.rate_hz / one.rows}
     return Detection.of_effect(
@@ -69,10 +70,13 @@ def anomalous_line(reconstruction):
                      trials=round(trials), basis='line')
 
 
-def _parabola(power, best):
-    """Return shift [bins] and height of a maximum, by a parabola through the logarithms."""
-    if not 0 < best < len(power) - 1:
-        return 0.0, float(power[best])
-    a, b, c = np.log(power[best - 1:best + 2])
-    return 0.5 * (a - c) / (a - 2 * b + c), float(np.exp(b - 0.125 * (a - c) ** 2
-                                                         / (a - 2 * b + c)))
+def _peak(series, near):
+    """Return where the power of a series, (n,), is highest near a line, and how high, in lines."""
+    # a parabola through three lines would be up to 6 % too high
+    share = np.arange(len(series)) / len(series)
+
+    def power(line):
+        return np.abs(series @ np.exp(-2j * np.pi * (line * share))) ** 2
+    found = minimize_scalar(lambda line: -power(line), bounds=(near - 0.5, near + 0.5),
+                            method='bounded', options={'xatol': 1e-3})
+    return float(found.x), float(power(found.x))

@@ -62,7 +62,10 @@ def parameters(ranked, detections):
 def _of_detection(effect, detections):
     """Return an effect as its detection has it, where that shows what the fitted band does not."""
     for d in detections:
-        if effect.spectral and d.effect == effect.name:
+        # what drives an input may have been corrected since, see `transfer_doubt`
+        driven = effect.driven_hz()
+        if d.effect == effect.name and (effect.spectral or driven and (
+                driven == d.basis.driven_hz())):
             if all(d.parameters[f.name] == getattr(effect, f.name) for f in effect.words()):
                 return d.basis
     return effect

@@ -32,7 +32,7 @@ from ssi_ros.levels.held_out import held_out
 from ssi_ros.tails import norm
 from ssi_ros.updating.comparable import comparable
 from ssi_ros.updating.prior import stand
-from ssi_ros.updating.systematic_errors import parameters
+from ssi_ros.updating.systematic_errors import built, parameters
 
 FIRST_STEPS = 6         # of a fit, before the best are chosen
 REFIT_STEPS = 3         # of a fit to half of the segments, from the common one
@@ -44,7 +44,7 @@ class ModelComparison(Comparison):
     """A model beside a record; see `ssi_ros.gap.comparison.Comparison`."""
 
     kind = 'model'
-    built, parameters, corrected = staticmethod(answer.built), parameters, corrected   # methods
+    built, parameters, corrected = built, parameters, corrected     # methods
     notes, mismatch, doubtful = (property(attrgetter(f'comparable.{name}')) for name in (
         'notes', 'mismatch', 'doubtful'))
 
