@@ -152,7 +152,9 @@ def white_changes(changes, spectrum):
 
 def merged(vectors, factor):
     """Return WhiteChanges, of every bin by itself, in runs in which all of them do alike."""
-    runs = runs_of_scores(vectors, len(factor))
+    # and in which the model hardly changes: those are the runs of a record that it fits
+    runs = runs_beside(runs_of_scores(vectors, len(factor)),
+                       factor @ factor.conj().swapaxes(1, 2))
     return WhiteChanges(runs.projected(vectors), factor, runs)
 
 
