@@ -10,7 +10,7 @@ COUNTS, HEIGHTS = 60, 50    # points of the grid
 LOWEST = 0.15           # height over that of the highest peak
 LOUDEST = 0.999         # share of the power of the input at any frequency that impulses make
 ONE_SIGN = 0.8          # share of the peaks, from which all impulses have it
-OFF = 0.02              # of a height that such series err by: python -m validation.gap_impulses
+OFF = 0.1, 0.02         # of number and height, by which such series err: validation.gap_impulses
 SEED = 9_200_000
 
 
@@ -79,7 +79,8 @@ def impulse_sizes(one, unit, spectrum):
     points, chances = posterior(simulate, goal, grid, possible, generator)
     values = np.exp(points)
     mean = chances @ values
-    variance = chances @ (values - mean) ** 2 + (mean[0], (OFF * mean[1]) ** 2)     # Poisson
+    # a Poisson number
+    variance = chances @ (values - mean) ** 2 + (mean[0], 0.0) + (OFF * mean) ** 2
     return tuple(zip(mean, np.sqrt(variance)))
 
 

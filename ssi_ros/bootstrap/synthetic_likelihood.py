@@ -50,7 +50,8 @@ def posterior(simulate, goal, grid, possible, generator):
         covariance = (chances * (points - mean).T) @ (points - mean)
         local = mean + WIDER * units @ np.linalg.cholesky(
             covariance + least ** 2 * np.eye(len(mean))).T
-        kept = possible(local)
+        kept = possible(local) & np.all(
+            (local >= grid.min(axis=0)) & (local <= grid.max(axis=0)), axis=1)
         if not kept.any():
             break
         points, weights = local[kept], drawn[kept]
