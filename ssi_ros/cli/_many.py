@@ -8,6 +8,7 @@ import csv
 from dataclasses import asdict, dataclass
 from functools import lru_cache
 import json
+import logging
 import os
 from pathlib import Path
 
@@ -160,12 +161,13 @@ def _diagnose_all(job, bags, answers, workers, scheduler):
         cluster = own_cluster(min(workers or os.cpu_count(), len(bags)))
     with Client(cluster or scheduler, timeout='20s') as client:
         try:
-            futures = {client.submit(diagnose_one, job, name, bag.resolve(), answers.resolve(),
+            waiting = {client.submit(diagnose_one, job, name, bag.resolve(), answers.resolve(),
                                      pure=False): name for name, bag in bags.items()}
-            for future in as_completed(futures):
+            for future in as_completed(list(waiting)):
+                # let go of: a worker that ends with answers that somebody holds is a warning
+                name = waiting.pop(future)
                 if future.status == 'error':        # its worker died again and again
-                    yield row_of(futures[future], {'outcome': FAILED,
-                                                   'reason': str(future.exception())})
+                    yield row_of(name, {'outcome': FAILED, 'reason': str(future.exception())})
                 else:
                     yield future.result()
         finally:
@@ -195,9 +197,11 @@ def own_cluster(workers):
         raise ValueError('--many needs a certificate of its own, so that no other user of this '
                          'machine can send it work: pip install cryptography') from None
     dask.config.set({f'distributed.{who}.http.routes': [] for who in ('scheduler', 'worker')})
-    # one thread each: the templates of a model are kept by the process that made them
+    # one thread each: the templates of a model are kept by the process that made them. What goes
+    # wrong with a bag is in its answer; a worker that ends while it reports is nothing.
     return LocalCluster(n_workers=workers, threads_per_worker=1, protocol='tls://',
-                        host='127.0.0.1', dashboard_address=None, security=own)
+                        host='127.0.0.1', dashboard_address=None, security=own,
+                        silence_logs=logging.CRITICAL)
 
 
 def _answer(name, answers):
