@@ -68,8 +68,10 @@ def _beside(simulated, found, goal, points):
     rest = found - terms @ slopes
     covariance = rest.T @ rest / (SIMULATED - terms.shape[1]) + 1e-6 * np.eye(len(goal))
     off = goal - _quadratic(points - centre) @ slopes
-    log = -np.einsum('gs,st,gt->g', off, np.linalg.inv(covariance), off) / 2
-    chances = np.exp(log - log.max())
+    squares = np.einsum('gs,st,gt->g', off, np.linalg.inv(covariance), off)
+    # where no numbers make the statistics of a record, it scatters by more than simulated ones
+    squares /= max(1.0, squares.min() / max(len(goal) - points.shape[1], 1))
+    chances = np.exp(-(squares - squares.min()) / 2)
     return chances / chances.sum()
 
 
