@@ -5,6 +5,7 @@ import time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 import rclpy
 from rclpy.experimental import EventsExecutor
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.signals import SignalHandlerOptions
 from ssi_ros.monitor.watch import Status, Watch, with_gap, with_health, with_where, with_window
@@ -91,7 +92,11 @@ class Listener:
     def _spin(self):
         looked = 0.0
         while not self._stop.is_set():
-            self.executor.spin_once(timeout_sec=0.5)
+            try:
+                self.executor.spin_once(timeout_sec=0.5)
+            except rclpy_implementation.InvalidHandle:
+                # an event of the subscription that another one has taken the place of since
+                continue
             if time.monotonic() > looked + ADAPT_S:
                 looked = time.monotonic()
                 self._adapt()
