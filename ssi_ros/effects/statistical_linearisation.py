@@ -193,7 +193,8 @@ class _Hinge:
         power[0] = 0.0
         lines = np.sqrt(power) * _phases()
         # the variance of the series that the lines give, by Parseval
-        scale = np.sqrt(row @ variance @ row / (2 * power.sum())) * LENGTH * finer
+        total = 2 * power.sum()         # 0 where no input has any power
+        scale = np.sqrt(row @ variance @ row / total) * LENGTH * finer if total else 0.0
         return scale * lines, 2 * np.pi * np.arange(len(lines)) * system.rate_hz / LENGTH
 
 

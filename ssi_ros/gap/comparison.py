@@ -200,6 +200,10 @@ class Comparison(Protocol):
     def alike(self, found: Residual, ranked) -> tuple:
         """Return the names of a candidate, and of effects that cannot be distinguished from it."""
 
+    def detected_beside(self, ranked, detections: tuple) -> tuple:
+        """Return detections as they are beside a candidate, errors of the nominal included."""
+        return detections
+
     def parameters(self, ranked, detections: tuple) -> dict:
         """Return the quantities of a candidate with their intervals, by `effect.quantity`."""
 

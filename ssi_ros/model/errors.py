@@ -23,6 +23,10 @@ AXES = ('x', 'y', 'z')
 PROBE_M = 1e-3          # step of the derivative of a shape by the place of its sensor
 
 
+class _Rows(tuple):
+    """Rows of a covariance as a file has them, six digits each; not rounded again."""
+
+
 @dataclass(frozen=True)
 class Calibration:
     """
@@ -53,16 +57,18 @@ class Calibration:
 
     def __post_init__(self):
         object.__setattr__(self, 'values', tuple(map(float, self.values)))
-        # six digits, as a file has them: what is read back is what was calibrated
-        object.__setattr__(self, 'covariance', tuple(
-            tuple(float(f'{float(v):.6g}') for v in (
-                row.split() if isinstance(row, str) else row)) for row in self.covariance))
+        if not isinstance(self.covariance, _Rows):
+            # six digits, as a file has them: what is read back is what was calibrated
+            object.__setattr__(self, 'covariance', _Rows(
+                tuple(float(f'{float(v):.6g}') for v in (
+                    row.split() if isinstance(row, str) else row)) for row in self.covariance))
         count = len(self.names)
         if len(self.values) != count:
             raise ValueError(f'calibration: {len(self.values)} values for {count} names')
-        if self.covariance and np.shape(self.covariance) != (count, count):
-            raise ValueError(f'calibration: covariance has the shape '
-                             f'{np.shape(self.covariance)} for {count} names')
+        if self.covariance and {count} != {len(self.covariance), *map(len, self.covariance)}:
+            raise ValueError(f'calibration: covariance has rows of '
+                             f'{sorted(set(map(len, self.covariance)))} numbers, '
+                             f'{len(self.covariance)} of them, for {count} names')
 
     @property
     def bare(self):

@@ -8,8 +8,8 @@ from ssi_ros.gap.comparison import Fit
 from ssi_ros.gap.inference.model_fit import fit
 from ssi_ros.gap.inference.score_test import make_templates
 from ssi_ros.gap.nominal.model_answer import fit_of
-from ssi_ros.gap.nominal.model_comparison import ModelComparison
 from ssi_ros.updating.adapt import Adapted, beside
+from ssi_ros.updating.calibrated_comparison import CalibratedComparison
 from ssi_ros.updating.prior import stand
 from ssi_ros.updating.settled import leaves_nothing
 
@@ -22,9 +22,9 @@ STILL_RISING = 10.0     # nats of one round, after which there is another one
 LEVEL_STEPS = 4         # of the levels without what is detected again
 
 
-class AdaptedComparison(ModelComparison):
+class AdaptedComparison(CalibratedComparison):
     """
-    A ModelComparison whose fits move the errors of the model together with the candidate.
+    A CalibratedComparison whose fits move the errors of the model together with the candidate.
 
     Errors that are fitted without an effect have taken up what it changes, often by more than a
     linear change describes. So each candidate is fitted with all errors beside, and stands on a
@@ -33,15 +33,11 @@ class AdaptedComparison(ModelComparison):
     """
 
     def __init__(self, simulator, adapted: Adapted, record, settings, effects, progress):
-        self.bare, self._sides, self._templates, self._detections = simulator, {}, {}, {}
+        self.bare, self._templates, self._detections = simulator, {}, {}
         super().__init__(adapted.simulator, record, settings, effects, adapted.fit.levels[0],
                          progress, adapted.prior)
         self.occam, self._highest = adapted.fit.occam, -np.inf
         self.here = replace(self.here, adapted=adapted)
-
-    def side(self, fit):
-        """Return the Side that a fit stands on."""
-        return self._sides.get(id(fit.state), (None, self.here))[1]
 
     def needs_errors(self, fit):
         """Return whether the record refutes that the errors beside a fit are zero."""
@@ -68,8 +64,7 @@ class AdaptedComparison(ModelComparison):
             found = self._together(candidate, start or self.null, thorough)
             if found is not None:
                 return found if thorough else self._risen(found, start or self.null)
-        found = super()._fit(candidate, start, fold, thorough)
-        return found and self._standing(found, self.side(start or self.null))
+        return super()._fit(candidate, start, fold, thorough)
 
     def _risen(self, found, before):
         """Return a first fit that a few steps more do not raise by much, unlike the last ones."""
@@ -130,23 +125,14 @@ class AdaptedComparison(ModelComparison):
             ranked = [r for r in ranked if r in own or leaves_nothing(self, r.fit)]
         return super().corrected(ranked)
 
-    def built(self, ranked, detections):
-        """Return the effects of a candidate as a simulator has to be given them."""
-        return super().built(ranked, self._own(ranked, detections))
-
-    def parameters(self, ranked, detections):
-        """Return the quantities of a candidate with their intervals, by `effect.quantity`."""
-        return super().parameters(ranked, self._own(ranked, detections))
-
-    def _own(self, ranked, detections):
+    def detected_beside(self, ranked, detections):
         """Return detections as they are beside the errors of a candidate."""
         own = self._detections.get(id(ranked.fit.state), {})
-        return tuple(own.get(d.effect, d) for d in detections)
+        return super().detected_beside(ranked, tuple(own.get(d.effect, d) for d in detections))
 
-    def _standing(self, found, side):
-        """Return a fit, its side kept."""
-        self._sides[id(found.state)] = found, side
-        return found
+    def found_on(self, fit):
+        """Return the Side that the detections of a candidate were found beside."""
+        return self.side(fit) if id(fit.state) in self._detections else self.here
 
     def _together(self, candidate, start, thorough) -> Fit:
         """Return the fit of a candidate and all errors, None where only linear errors will do."""

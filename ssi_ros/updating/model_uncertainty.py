@@ -96,6 +96,10 @@ class ModelUncertainty:
                                    known.information, np.ones(len(self.names), bool), start)
         return gain, most, known.covariance
 
+    def left(self, whitened):
+        """Return the covariance of the errors that a record leaves, (n, n)."""
+        return self._beside(whitened).covariance
+
     def _beside(self, whitened):
         """Return what a record of so many periodograms of channels tells, a _Known."""
         weight, count = whitened.weight * len(whitened.excess), whitened.lower.shape[-1]

@@ -13,7 +13,6 @@ from ssi_ros.effects.base import is_log
 from ssi_ros.gap.candidate import priors_of
 from ssi_ros.gap.nominal import model_answer
 from ssi_ros.gap.selection.evidence import SizePrior
-from ssi_ros.updating.transfer_doubt import beside_errors
 
 LAW = 0.15              # of a logarithm: python -m validation.gap_nominal, laws of a hinge
 
@@ -47,15 +46,4 @@ def parameters(comparison, ranked, detections):
     """Return the quantities of a candidate, see `model_answer`; intervals hold what they lack."""
     off = filled_share(comparison.record), LAW if comparison.prior else 0.0
     return model_answer.parameters(replace(ranked, fit=wider(ranked.fit, *off), others=tuple(
-        replace(r, fit=wider(r.fit, *off)) for r in ranked.others)), _beside_errors(
-            comparison, ranked, detections))
-
-
-def built(comparison, ranked, detections):
-    """Return the effects of a candidate as a simulator has to be given them."""
-    return model_answer.built(ranked, _beside_errors(comparison, ranked, detections))
-
-
-def _beside_errors(comparison, ranked, detections):
-    return tuple(d if d.effect not in ranked.names else beside_errors(
-        d, comparison.here, comparison.null.state, ranked.fit.state) for d in detections)
+        replace(r, fit=wider(r.fit, *off)) for r in ranked.others)), detections)

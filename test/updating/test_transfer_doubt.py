@@ -43,7 +43,7 @@ def test_a_line_is_off_by_what_the_transfer_function_is(beside):
     """Of models at errors that are drawn, each with the line in it, in the mean over draws."""
     side, state = beside
     text, at_hz = 'harmonic_disturbance:frequency_hz=12.3,torque_n_m=2', np.array([12.3])
-    std = beside_errors(found(text), side, state, state).stds['torque_n_m']
+    std = beside_errors(found(text), side, state, side, state).stds['torque_n_m']
     spectrum = state.plain[0][np.argmin(np.abs(side.simulator.frame.frequencies_hz - 12.3))]
 
     def transfer(simulator):
@@ -77,25 +77,25 @@ def test_an_amplitude_is_corrected_by_the_most_probable_errors(beside):
             side.simulator, side.simulator.at_errors(at)))
     toward = np.linalg.solve(spectrum, usual).conj()
     ratio = (toward @ moved).real / (toward @ usual).real
-    height = beside_errors(one, side, state, there).parameters['torque_n_m']
+    stood = stand(side.simulator.at_errors(at), side.prior, side.levels, SETTINGS)
+    none = SimpleNamespace(errors=np.zeros(len(stood.uncertainty.names)))
     assert abs(ratio - 1) > 0.01
-    assert height * ratio == pytest.approx(2.0, abs=0.2 * 2 * abs(ratio - 1))
+    for beside_it, fitted in (side, there), (stood, none):  # errors fitted, or stood at
+        height = beside_errors(one, side, state, beside_it, fitted).parameters['torque_n_m']
+        assert height * ratio == pytest.approx(2.0, abs=0.2 * 2 * abs(ratio - 1))
 
 
 def test_the_ends_of_a_sweep_move_with_the_phase(beside):
     """The faster it passes, the less of a turn is a phase: both ends count, as does the torque."""
     side, state = beside
     one = found('wheel_speed_sweep:start_hz=3,end_hz=20,torque_n_m=0.2', start_hz=0.0, end_hz=0.0)
-    stds = beside_errors(one, side, state, state).stds
+    stds = beside_errors(one, side, state, side, state).stds
     assert stds.keys() == {'torque_n_m', 'start_hz', 'end_hz'}
     assert all(0.0 < stds[n] < 0.01 for n in ('start_hz', 'end_hz')) and stds['torque_n_m'] > 1e-5
 
 
-def test_nothing_is_added_of_an_exact_model_or_of_another_effect(beside):
+def test_nothing_is_added_of_another_effect(beside):
     """A gain is none of the input."""
     side, state = beside
-    line = found('harmonic_disturbance:frequency_hz=12.3,torque_n_m=2')
-    exact = stand(side.simulator, None, side.levels, SETTINGS)
-    assert beside_errors(line, exact, state, state) is line
     gain = found('sensor_gain:channel=e1_a,scale=1.1')
-    assert beside_errors(gain, side, state, state) is gain
+    assert beside_errors(gain, side, state, side, state) is gain

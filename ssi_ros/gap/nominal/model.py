@@ -18,6 +18,7 @@ from ssi_ros.model.channels import of_channels
 from ssi_ros.model.spacecraft import Spacecraft
 from ssi_ros.records import Samples
 from ssi_ros.updating.adapted_comparison import AdaptedComparison
+from ssi_ros.updating.calibrated_comparison import CalibratedComparison
 from ssi_ros.updating.prior import known_by_recordings
 from ssi_ros.updating.refilled import adapted_and_filled, as_the_best_has_it, of_clipped
 from ssi_ros.updating.settled import best_of, explains, is_better, search_of, settled, suffices
@@ -71,7 +72,8 @@ class ModelNominal:
 
         def beside(side, prior):
             there = record if side is simulator else of_clipped(record, side, levels, settings)
-            return ModelComparison(side, there, settings, effects, levels, progress, prior)
+            kind = CalibratedComparison if prior else ModelComparison
+            return kind(side, there, settings, effects, levels, progress, prior)
 
         as_it_is = beside(simulator, prior)
         if refilled := (prior or spacecraft.uncertainty.exact) and as_the_best_has_it(as_it_is):

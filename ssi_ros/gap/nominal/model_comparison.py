@@ -32,7 +32,7 @@ from ssi_ros.levels.held_out import held_out
 from ssi_ros.tails import norm
 from ssi_ros.updating.comparable import comparable
 from ssi_ros.updating.prior import stand
-from ssi_ros.updating.systematic_errors import built, parameters
+from ssi_ros.updating.systematic_errors import parameters
 
 FIRST_STEPS = 6         # of a fit, before the best are chosen
 REFIT_STEPS = 3         # of a fit to half of the segments, from the common one
@@ -44,7 +44,8 @@ class ModelComparison(Comparison):
     """A model beside a record; see `ssi_ros.gap.comparison.Comparison`."""
 
     kind = 'model'
-    built, parameters, corrected = built, parameters, corrected     # methods
+    built = staticmethod(answer.built)
+    corrected, parameters = corrected, parameters       # methods
     notes, mismatch, doubtful = (property(attrgetter(f'comparable.{name}')) for name in (
         'notes', 'mismatch', 'doubtful'))
 
@@ -290,8 +291,7 @@ class ModelComparison(Comparison):
     def localise(self, fit=None, probability=0.0):
         """Return where the gap lies; with a fit, what it changes counts by its probability."""
         here, spectra, bins = self.null.state.model, self.record.spectra, self.settings.band_bins
-        measured = location.measured(
-            self.simulator.setup(Candidate()).system, here, spectra, bins)
+        measured = location.measured(self.simulator.setup(Candidate()).system, here, spectra, bins)
         if fit is None:
             return locate(measured)
         events = next((d.times for d in self.residual(self.null).detections

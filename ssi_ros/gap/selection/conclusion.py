@@ -189,10 +189,11 @@ def _corrected(detection):
 
 def _explanation(case, ranked, probability):
     share, low, high = reduction(case.null, ranked)
+    detections = case.comparison.detected_beside(ranked, case.found.detections)
     return Explanation(
         ranked.names, float(probability), case.comparison.alike(case.found, ranked),
-        case.comparison.parameters(ranked, case.found.detections), ranked.value, share, low, high,
-        ranked.inside, case.comparison.built(ranked, case.found.detections))
+        case.comparison.parameters(ranked, detections), ranked.value, share, low, high,
+        ranked.inside, case.comparison.built(ranked, detections))
 
 
 def _pseudo(name, probability, gap, closed, inside):

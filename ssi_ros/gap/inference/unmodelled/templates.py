@@ -50,9 +50,8 @@ class ChangeTemplates:
 
 def make_change_templates(simulator):
     """Compute all templates of unmodelled changes around a simulator's nominal spectrum."""
-    drifts = _templates_of(simulator, _drifts(simulator))
-    white = merged(drifts.white.vectors, drifts.white.factor)
-    return ChangeTemplates(constant_templates(simulator), replace(drifts, white=white))
+    return ChangeTemplates(constant_templates(simulator), _in_runs(
+        _templates_of(simulator, _drifts(simulator))))
 
 
 def constant_templates(simulator):
@@ -75,8 +74,13 @@ def constant_templates(simulator):
             scatter = max(1.0, np.sqrt(share) * score_std(
                 simulator, hermitian(rest.reshape(model.shape)), lower, at_hz, decay))
         changes[i] = replace(change, scatter=scatter, count=count)
-    return replace(templates, effects=tuple(changes),
-                   white=merged(templates.white.vectors, templates.white.factor))
+    return _in_runs(replace(templates, effects=tuple(changes)))
+
+
+def _in_runs(templates):
+    """Return Templates of every bin in the runs of bins that scores need."""
+    white = templates.white
+    return replace(templates, white=merged(white.vectors, white.factor))
 
 
 def _templates_of(simulator, changes):
