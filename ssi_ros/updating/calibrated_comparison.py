@@ -11,7 +11,7 @@ from ssi_ros.updating.slopes import is_plain
 from ssi_ros.updating.transfer_doubt import beside_errors
 
 ROUNDS = 2              # in which errors move with a candidate
-NEAR = 50.0             # nats of an effect that changes a spectrum too little to matter
+NEAR = 10.0             # nats of an effect that changes a spectrum too little to matter
 
 
 class CalibratedComparison(ModelComparison):
