@@ -66,6 +66,10 @@ class AdaptedComparison(CalibratedComparison):
                 return found if thorough else self._risen(found, start or self.null)
         return super()._fit(candidate, start, fold, thorough)
 
+    def _around(self, found, side):
+        """Return a fit where it stands: what moves its errors is `_together`."""
+        return self._standing(found, side)
+
     def _risen(self, found, before):
         """Return a first fit that a few steps more do not raise by much, unlike the last ones."""
         last = 0.0

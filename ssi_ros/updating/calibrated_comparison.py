@@ -68,12 +68,12 @@ class CalibratedComparison(ModelComparison):
         for _ in range(ROUNDS):
             candidate, levels = best.candidate, best.levels
             moved = relinearised(side, whiten(best.state.plain, spectra))
-            if moved is None and side.candidate.kinds == candidate.kinds:
-                break
             simulator, prior = moved or (side.simulator, side.prior)
-            plain = is_plain(simulator, levels, candidate)
-            side = stand(simulator, prior, levels, self.settings,
-                         candidate if plain else Candidate())
+            around = candidate if is_plain(simulator, levels, candidate) else Candidate()
+            if simulator.expected(around, levels) is None or (
+                    moved is None and side.candidate.kinds == around.kinds):
+                break
+            side = stand(simulator, prior, levels, self.settings, around)
             state = fit(simulator, spectra, candidate, levels, uncertainty=side.uncertainty)
             if state is None:
                 break

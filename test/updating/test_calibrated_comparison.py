@@ -1,5 +1,6 @@
 """Errors of a calibrated model beside a large effect: around it, where they are most probable."""
 from dataclasses import replace
+from types import SimpleNamespace
 
 from craft import model, SECONDS
 import numpy as np
@@ -11,6 +12,7 @@ from ssi_ros.gap.nominal.model import ModelNominal
 from ssi_ros.gap.selection.evidence import Ranked
 from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.model.errors import Calibration, declared, of_recording
+from ssi_ros.updating.adapted_comparison import AdaptedComparison
 from ssi_ros.updating.calibrated_comparison import CalibratedComparison
 from ssi_ros.updating.prior import relinearised
 
@@ -62,6 +64,15 @@ def test_a_small_effect_stands_with_the_model():
     assert comparison.side(found) is comparison.here
     assert comparison.log_prior_ratio(found) == super(
         CalibratedComparison, comparison).log_prior_ratio(found)
+
+
+def test_errors_that_were_fitted_with_a_candidate_are_not_moved_again():
+    """A law beside a model alone keeps the side that it begins at, and what that was made of."""
+    alone = AdaptedComparison.__new__(AdaptedComparison)
+    alone._sides, alone.here = {}, None
+    found, side = SimpleNamespace(state=object()), object()
+    assert alone._around(found, side) is found
+    assert alone.side(found) is side
 
 
 def test_a_volume_of_errors_counts_beside_an_effect():
