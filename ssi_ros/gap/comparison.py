@@ -151,8 +151,8 @@ class Comparison(Protocol):
     def refinements(self, ranked: list) -> tuple:
         """Return candidates that contain the best one, or compete with it for the same reason."""
 
-    def equivalents(self, ranked: list) -> tuple:
-        """Return nonlinear candidates that the best, linear one may stand for."""
+    def equivalents(self, ranked: list, residual: Residual) -> tuple:
+        """Return candidates that the best one may stand for, by what that leaves."""
         return ()
 
     def distant(self, ranked: list) -> tuple:

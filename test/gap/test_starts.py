@@ -14,7 +14,7 @@ from ssi_ros.gap.driver import diagnose
 from ssi_ros.gap.inference.model_fit import fit
 from ssi_ros.gap.inference.score_test import make_templates, promise, score
 from ssi_ros.gap.nominal.starting_points import (
-    at_size, beside_linear, extensions, likely, promising, starting_points)
+    at_size, beside_linear, extensions, in_other_basins, likely, promising, starting_points)
 from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.model import load_spacecraft
 from ssi_ros.model.uncertainty import EXACT
@@ -44,6 +44,28 @@ def test_what_a_level_of_the_noise_has_taken_up_is_tried(noise, tried):
     found = likely((silent, silent), SimpleNamespace(levels=np.array([1.0, noise])),
                    DiagnosisSettings())
     assert [e.name for e in found] == tried
+
+
+def test_a_mass_is_tried_where_what_it_leaves_would_have_more():
+    """At its size, at the places of its own array alone, each once; a gain has no other place."""
+    starts = [parse_effect(f'added_mass:array={a},mass_kg={m},along_m={at}')
+              for a, m, at in (('E1', 0.01, 7.2), ('E2', 0.01, 4.0), ('E1', 0.1, 7.2),
+                               ('E1', 0.01, 2.0))]
+    scores = SimpleNamespace(effects=tuple(starts), gains=lambda: np.array([9.0, 20.0, 15.0, 1.0]))
+    found = in_other_basins(parse_effect('added_mass:array=E1,mass_kg=0.5,along_m=0.9'), scores)
+    assert [(e.array, e.mass_kg, e.along_m) for e in found] == [('E1', 0.5, 7.2), ('E1', 0.5, 2.0)]
+    assert in_other_basins(parse_effect('sensor_gain:channel=e1_a,scale=1.1'), scores) == []
+
+
+def test_a_mass_in_a_wrong_basin_is_found_where_it_is():
+    """Half of it near the root explained 1,562 nats, and was named; it explains 1,780."""
+    craft = replace(load_spacecraft(), uncertainty=EXACT)
+    samples = simulate_setup(
+        inject(craft, (parse_effect('added_mass:mass_kg=1.0,along_m=7'),), 600.0), 2197)
+    found = diagnose(craft, samples, effects=('added_mass', 'cubic_stiffness'), pairs=False)
+    assert found.outcome == 'EXPLAINED'
+    along = found.candidates[0].parameters['added_mass.along_m']
+    assert abs(along.value - 7) < 0.05
 
 
 def test_no_law_begins_at_a_hinge_that_is_as_good_as_none():

@@ -43,8 +43,7 @@ ANOMALY_TESTS = 3       # lines, spikes, unmodelled changes
 class ModelComparison(Comparison):
     """A model beside a record; see `ssi_ros.gap.comparison.Comparison`."""
 
-    kind = 'model'
-    built = staticmethod(answer.built)
+    kind, built = 'model', staticmethod(answer.built)
     corrected, parameters = corrected, parameters       # methods
     notes, mismatch, doubtful = (property(attrgetter(f'comparable.{name}')) for name in (
         'notes', 'mismatch', 'doubtful'))
@@ -228,12 +227,13 @@ class ModelComparison(Comparison):
         best = ranked[0].fit.candidate.effects[0]
         return tuple(map(Candidate, zip(starts.extensions(best, self.effects))))
 
-    def equivalents(self, ranked):
-        """Return laws whose equivalent linear hinge the best one is."""
+    def equivalents(self, ranked, residual):
+        """Return laws whose equivalent linear hinge the best one is, and it at other places."""
         best, of = ranked[0].fit, self.side(ranked[0].fit).simulator.setup
         alike = equivalent_hinges(best.candidate.effects[0], self.effects, lambda e: of(
             Candidate((e,)), best.levels))
-        return tuple(c for each in alike for c in self._starts(each)[:1])
+        moved = starts.in_other_basins(best.candidate.effects[0], residual.score_test.state)
+        return tuple(c for each in (*alike, moved) for c in self._starts(each)[:1])
 
     def _starts(self, effects):
         return best_starts(self.here, self.record.spectra, effects, self.null.levels)

@@ -114,6 +114,22 @@ def _near(one, other):
     return first * second > 0.0 and ONE_BASIN > first / second > 1 / ONE_BASIN
 
 
+def in_other_basins(effect, scores):
+    """
+    Return a fitted effect where Scores around it would have more of it, the first ones first.
+
+    Half of a mass at the wrong place may stand for one that no template at its own place promised.
+    """
+    many = [f.name for f in effect.numbers()
+            if f.name != effect.size and len(effect.starts.get(f.name, ())) > 2]
+    gains, found = scores.gains(), []
+    for i in np.argsort(-gains) if many else ():
+        e = scores.effects[i]
+        if e.kind() == effect.kind() and len(found) < OTHERS:
+            found.append(replace(effect, **{n: getattr(e, n) for n in many}))
+    return list(dict.fromkeys(found))
+
+
 def extensions(effect, names):
     """Return effects of all quantities of another and more of a small size, and its opposite."""
     # A hinge with play is a hinge: it is as good an answer as long as nothing shows the play.

@@ -47,11 +47,12 @@ class Search:
         return ranked, residual
 
     def with_equivalents(self, ranked, residual):
-        """Return candidates with laws that a linear one stands for, and what the best leaves."""
+        """Return candidates with those that the best one stands for, and what the best leaves."""
         comparison = self.comparison
         if residual.p_value >= LIMITS['residual_p'].value:
             return ranked, residual
-        alike = self.fitted(comparison.equivalents(ranked), comparison.null, self.found.detections)
+        alike = self.fitted(comparison.equivalents(ranked, residual), comparison.null,
+                            self.found.detections)
         ranked = self.sorted(ranked + alike)
         return ranked, comparison.residual(ranked[0].fit) if alike else residual
 
