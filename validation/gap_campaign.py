@@ -124,6 +124,8 @@ def sized(effect, oracle, detection):
     Errors of the model take up a small effect and not a large one, with a jump between where modes
     change places: the least size that is seen as well, and not much better, will do there.
     """
+    if not _size(effect):           # such as a sensor that is displaced to the side alone
+        raise ValueError(f'{effect.text()} has no size that could be another')
     small = large = None            # effects on both sides
     for _ in range(ROUNDS):
         found = oracle.detection(effect)
