@@ -52,7 +52,7 @@ class CalibratedComparison(ModelComparison):
         found, side = super()._fit(candidate, start, fold, thorough), self.side(start)
         if found is None:
             return None
-        if thorough and fold is None and side.prior and candidate.effects and (
+        if thorough and fold is None and candidate.effects and (
                 found.log_likelihood - self.null.log_likelihood > NEAR):
             return self._around(found, side)
         return self._standing(found, side)
@@ -65,9 +65,10 @@ class CalibratedComparison(ModelComparison):
     def _around(self, found, side):
         """Return a fit beside errors around its own candidate, where they are most probable."""
         best, spectra = self._standing(found, side), self.record.spectra
+        whitened = whiten(best.state.plain, spectra)
         for _ in range(ROUNDS):
             candidate, levels = best.candidate, best.levels
-            moved = relinearised(side, whiten(best.state.plain, spectra))
+            moved = relinearised(side, whitened)
             simulator, prior = moved or (side.simulator, side.prior)
             around = candidate if is_plain(simulator, levels, candidate) else Candidate()
             if simulator.expected(around, levels) is None or (

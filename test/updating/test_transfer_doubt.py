@@ -8,6 +8,7 @@ import pytest
 from ssi_ros.effects import parse_effect
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.comparison import Detection
+from ssi_ros.gap.nominal.model_comparison import ModelComparison
 from ssi_ros.gap.nominal.simulator import Simulator
 from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.gap.spectra.segmentation import make_frame
@@ -94,8 +95,11 @@ def test_the_ends_of_a_sweep_move_with_the_phase(beside):
     assert all(0.0 < stds[n] < 0.01 for n in ('start_hz', 'end_hz')) and stds['torque_n_m'] > 1e-5
 
 
-def test_nothing_is_added_of_another_effect(beside):
+def test_nothing_is_added_of_an_exact_model_or_of_another_effect(beside):
     """A gain is none of the input."""
     side, state = beside
+    line = found('harmonic_disturbance:frequency_hz=12.3,torque_n_m=2')
+    exact = ModelComparison.__new__(ModelComparison)
+    assert exact.detected_beside(SimpleNamespace(names=(line.effect,)), (line,)) == (line,)
     gain = found('sensor_gain:channel=e1_a,scale=1.1')
     assert beside_errors(gain, side, state, side, state) is gain

@@ -91,7 +91,7 @@ def elsewhere(scores, likely):
         if first is None or len(rest) == OTHERS:
             continue
         others = [f.name for f in quantities(effect) if f.name != effect.size]
-        many = [n for n in others if len(effect.starts.get(n, ())) > 2]
+        many = _of_many_starts(effect)
         near = gains[i] >= best - max(margin, best / 2)
         basin = many and top >= best - margin and _same(
             effect, first, [f.name for f in effect.words()])
@@ -104,6 +104,12 @@ def elsewhere(scores, likely):
 
 def _same(one, other, names):
     return all(getattr(one, n) == getattr(other, n) for n in names)
+
+
+def _of_many_starts(effect):
+    """Return the quantities beside the size that have starts in many basins, such as a place."""
+    return [f.name for f in quantities(effect)
+            if f.name != effect.size and len(effect.starts.get(f.name, ())) > 2]
 
 
 def _near(one, other):
@@ -120,9 +126,7 @@ def in_other_basins(effect, scores):
 
     Half of a mass at the wrong place may stand for one that no template at its own place promised.
     """
-    many = [f.name for f in effect.numbers()
-            if f.name != effect.size and len(effect.starts.get(f.name, ())) > 2]
-    gains, found = scores.gains(), []
+    many, gains, found = _of_many_starts(effect), scores.gains(), []
     for i in np.argsort(-gains) if many else ():
         e = scores.effects[i]
         if e.kind() == effect.kind() and len(found) < OTHERS:
