@@ -64,9 +64,12 @@ class Oracle:
         self.free = no_uncertainty(self.frame, len(spacecraft.sensors))
 
     def detection(self, effect):
-        """Return d' of an effect."""
+        """Return d' of an effect; ValueError if no spectrum comes with it."""
         templates = make_templates(self.simulator, [effect])
-        return float(score(templates, self.nominal, self.evidence, self.free).detection[0])
+        found = score(templates, self.nominal, self.evidence, self.free).detection
+        if not len(found):
+            raise ValueError(f'{effect.text()} has no spectrum beside this model')
+        return float(found[0])
 
     def gain_at(self, frequency_hz):
         """Return what a unit torque at a frequency adds to the whitened torque."""

@@ -4,7 +4,7 @@ Which model stands beside a record: as it is, or moved to where its spectrum is 
 What a calibration leaves unknown is fitted beside every effect as directions of the spectrum. A
 damping that is half of what was thought, or a force on a mode that is 3 dB higher than it was,
 changes a resonance by more than a direction says: then the model moves, within its prior, to the
-most probable errors of the record, alone or beside the effect that explains most.
+most probable errors of the record. Beside an effect every thorough fit does so by itself.
 """
 from ssi_ros.gap.inference.whittle import whiten
 from ssi_ros.gap.nominal.model_answer import refuted
@@ -41,34 +41,18 @@ def settled(comparison, beside):
         if alone is not comparison and (explains(alone) or (
                 _is_usual(alone) and best_of(alone, pairs=False, simulated=False)[1])):
             return alone
-    best, done = best_of(comparison, pairs=False, simulated=False)
-    if done:
+    # a thorough fit moves errors beside its own candidate by itself
+    if search_of(comparison).singles():
         return comparison
-    tried = [(comparison, best)] if best else []
-    # an effect and errors beside it: without it errors would take up a part of what it does
-    for candidate in (best.fit.candidate, None) if best else (None,):
-        there = alone if alone and not candidate else _moved(comparison, beside, candidate)
-        # errors so far off have taken up another effect
-        if there is not comparison and _is_usual(there):
-            own, done = best_of(there, pairs=False, simulated=False)
-            if done:
-                return there
-            tried += [(there, own)] if own else []
-    return max(tried, key=lambda each: _left(*each))[0] if tried else comparison
+    alone = alone or _moved(comparison, beside)
+    return alone if _is_usual(alone) else comparison
 
 
-def _moved(comparison, beside, candidate=None):
-    """Return a comparison whose model is at the most probable errors, beside a candidate."""
-    moved, spectra, found = comparison, comparison.record.spectra, None
+def _moved(comparison, beside):
+    """Return a comparison whose model is at the most probable errors of the record."""
+    moved, spectra = comparison, comparison.record.spectra
     for _ in range(ROUNDS):
-        if candidate:
-            found = moved.fit(candidate, found, thorough=False)
-            if found is None:
-                break
-            candidate = found.candidate
-        else:
-            found = moved.null
-        there = relinearised(moved.here, whiten(found.state.plain, spectra))
+        there = relinearised(moved.here, whiten(moved.null.state.plain, spectra))
         if there is None:
             break
         moved = beside(*there)
@@ -81,12 +65,6 @@ def _is_usual(moved):
     """Return whether errors are as far as those of records without an effect would be."""
     side, null = moved.here, moved.null.state
     return side.chance_of_errors(null.without_errors, moved.record.spectra.frame) > UNUSUAL
-
-
-def _left(comparison, best):
-    """Return how little a fit leaves of the record: the more, the better."""
-    residual = comparison.residual(best.fit, simulated=False)
-    return residual.p_value, -residual.gap.deviations
 
 
 def explains(comparison):
