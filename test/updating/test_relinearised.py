@@ -66,7 +66,7 @@ def test_simulated_records_are_of_the_model_where_it_stands(comparison):
     moved.null = fit_of(fit(comparison.simulator, comparison.record.spectra,
                             levels=comparison.null.levels,
                             uncertainty=moved.here.uncertainty), moved.here)
-    moved._estimates = {}
+    moved._made = {}
     # means of five, of deviation 0.45 each
     assert np.sqrt(np.mean(moved.simulated_floor(moved.null).z ** 2)) < 0.7
 

@@ -70,11 +70,11 @@ def _candidates(unit, rate_hz, band):
     size = next_fast_len(FINE * rows)
     df = rate_hz / size
     highest = (band[1] - band[0]) / (count * length_s)
-    coarse = 1.5 / length_s ** 2           # 0.6 rad at the ends of a segment, half of it
+    coarse = 2 / length_s ** 2             # 0.8 rad at the ends of a segment, half of it
     fine = df / (count * length_s)
     inner = np.arange(-int(coarse / fine / 2) - 1, int(coarse / fine / 2) + 1) * fine
     first, last = int(band[0] / df), int(band[1] / df)
-    found = []
+    tops, rates, starts = [], [], []
     for rate in np.arange(coarse / 2, highest + coarse, coarse):
         turn = phasors((rate / 2 * t ** 2).astype(np.float32))
         both = fft(segments * turn, size, axis=1, overwrite_x=True)
@@ -86,11 +86,12 @@ def _candidates(unit, rate_hz, band):
             # one strong bin is a line; it must not stand for all segments
             power = np.minimum(power, np.float32(LOUD))
             shifts = np.rint((way + inner)[:, None] * middles / df).astype(np.int64)
-            tops, starts = best_lines(power, shifts, first, last)
-            found += [(top, way + more, start * df)
-                      for top, more, start in zip(tops, inner, starts) if start >= 0]
-    kept = []
-    for _, rate, start in sorted(found, reverse=True):
+            for all_of, of_lines in zip((tops, starts), best_lines(power, shifts, first, last)):
+                all_of.append(of_lines)
+            rates.append(way + inner)
+    tops, rates, starts = map(np.concatenate, (tops, rates, starts))
+    kept, best = [], np.argsort(-tops, kind='stable')[:np.count_nonzero(starts >= 0)]
+    for rate, start in zip(rates[best], starts[best] * df):
         if all(abs(rate - r) * count * length_s + abs(start - s) > 3 / length_s
                for r, s in kept):
             kept.append((rate, start))

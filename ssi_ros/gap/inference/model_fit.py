@@ -1,5 +1,6 @@
 """Fit a candidate and the levels to a record by Fisher scoring, eq. (100)."""
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -72,7 +73,15 @@ def fit_again(simulator, evidence, start, steps, uncertainty, far=False):
     if simulator.with_motion_of(evidence, start.candidate, start.levels) is not simulator:
         return fit(simulator, evidence, start.candidate, start.levels, steps, uncertainty)
     return _climb(_Problem(simulator, evidence, uncertainty, not far), start.candidate,
-                  start.levels, steps, start.known)
+                  start.levels, steps, start.known or _derived(simulator, start))
+
+
+@lru_cache(maxsize=2)
+def _derived(simulator, start):
+    """Return Expected and derivatives where a Fit is, or None: halves and records share them."""
+    now = simulator.expected(start.candidate, start.levels)
+    return now and (now, differences(simulator, start.candidate, start.levels,
+                                     now.at(start.levels), now.near))
 
 
 @dataclass(frozen=True, eq=False)

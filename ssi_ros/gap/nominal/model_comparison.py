@@ -52,8 +52,7 @@ class ModelComparison(Comparison):
         self.simulator, self.record, self.settings = simulator, record, settings
         self.effects, self.prior, self.progress = effects, prior, progress
         self.here = stand(simulator, prior, levels, settings)
-        self._best, self._fits, self._estimates = -np.inf, {}, {}
-        self._residuals, self._beside_floor, self._below = {}, {}, {}
+        self._best, self._fits, self._made = -np.inf, {}, {}
 
     @cached_property
     def null(self):
@@ -100,11 +99,15 @@ class ModelComparison(Comparison):
             half = spectra.only(spectra.segments[fold::2])
             return answer.fit_of(fit_again(simulator, half, start.state, REFIT_STEPS,
                                            side.uncertainty), side)
+        hopeless = self._best - LIMITS['hopeless'].value
         if thorough:
-            return answer.fit_of(fit(side.simulator, spectra, candidate, levels, STEPS,
-                                     side.around(candidate, levels)), side)
+            # what is not known around a candidate decides between those that are probable
+            near = start.log_likelihood > hopeless
+            return answer.fit_of(fit(
+                side.simulator, spectra, candidate, levels, STEPS,
+                side.around(candidate, levels) if near else side.uncertainty), side)
         found = answer.fit_of(fit(side.simulator, spectra, candidate, levels, FIRST_STEPS,
-                                  side.uncertainty, self._best - LIMITS['hopeless'].value), side)
+                                  side.uncertainty, hopeless), side)
         self._best = max(self._best, found.state.likelihood if found else -np.inf)
         return found
 
@@ -158,15 +161,17 @@ class ModelComparison(Comparison):
 
     def residual(self, fit, simulated=True):
         """Run all tests; if they fail, against what the fit leaves of records it simulates."""
-        if id(fit) not in self._residuals:
-            self._residuals[id(fit)] = fit, *self._tested(fit)
-        found, tests = self._residuals[id(fit)][1:]
-        if not simulated or fit is self.null or (
-                found.p_value >= LIMITS['second_effect_p'].value):
+        found, tests = self._once('tests', (fit,), lambda: self._tested(fit))
+        if not simulated or fit is self.null or found.p_value >= LIMITS['second_effect_p'].value:
             return found
-        if id(fit) not in self._beside_floor:
-            self._beside_floor[id(fit)] = self._against_floor(fit, *tests)
-        return self._beside_floor[id(fit)]
+        return self._once('floor', (fit,), lambda: self._against_floor(fit, *tests))
+
+    def _once(self, what, of, make):
+        """Return what is made of some objects, the same ones once only."""
+        key = what, *map(id, of)
+        if key not in self._made:       # kept with the objects: another may have an id anew
+            self._made[key] = of, make()
+        return self._made[key][1]
 
     def _tested(self, fit):
         """Return the Residual of all tests, and what of them a floor is asked for."""
@@ -198,11 +203,9 @@ class ModelComparison(Comparison):
 
     def indirect(self, fit):
         """Return the indirect-inference estimate of a fit."""
-        if id(fit) not in self._estimates:
-            side = self.side(fit)
-            self._estimates[id(fit)] = fit, indirect_estimate(
-                side.simulator, fit.state, side.uncertainty.centred, self.settings.band_bins)
-        return self._estimates[id(fit)][1]
+        side = self.side(fit)
+        return self._once('estimate', (fit,), lambda: indirect_estimate(
+            side.simulator, fit.state, side.uncertainty.centred, self.settings.band_bins))
 
     def estimate(self, fit, residual):
         """Return what a simulator has to be given, with its scatter."""
@@ -265,12 +268,9 @@ class ModelComparison(Comparison):
                 alone = self.fit(Candidate((e,)), self.null, thorough=False)
                 shown = alone.log_likelihood - self.null.log_likelihood if alone else 0.0
                 total += answer.beyond_spectrum(e, seen[e.name], max(shown, 0.0))
-        key = id(fit), *map(id, detections)
-        if key not in self._below:      # kept with what the ids are of
-            self._below[key] = fit, detections, explained_below_band(
-                lambda: self.whole(fit, self.record.samples), fit.candidate.names, self.settings,
-                detections)
-        return total + self._below[key][-1]
+        return total + self._once('below', (fit, *detections), lambda: explained_below_band(
+            lambda: self.whole(fit, self.record.samples), fit.candidate.names, self.settings,
+            detections))
 
     def log_prior_ratio(self, fit):
         """Return the log of posterior over prior volume of quantities and places."""

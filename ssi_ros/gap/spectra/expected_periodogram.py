@@ -157,11 +157,12 @@ def autocovariance(sampled, inputs, powers, turn=1.0):
     if turn == 1.0:
         # poles in pairs: twice the real part of one of them
         residues = sampled.weight[:, None] * residues[:kept]
-        out = np.empty((len(powers) + 1, count, count))
         parts = np.stack([residues.real, -residues.imag], axis=1).reshape(2 * kept, -1)
-        np.matmul(powers.view(float), parts, out=out[1:].reshape(len(powers), -1))
-        out[0] = now.real
-        return out
+        # one series of lags after the other, as they are transformed
+        out = np.empty((count * count, len(powers) + 1))
+        np.matmul(parts.T, powers.view(float).T, out=out[:, 1:])
+        out[:, 0] = now.real.ravel()
+        return out.reshape(count, count, -1).transpose(2, 0, 1)
     later = powers @ residues[:kept] + powers[:, pair].conj() @ residues[kept:]
     return np.concatenate([now[None], later.reshape(-1, count, count)])
 
@@ -222,10 +223,17 @@ def _random(level, sampled, inputs, frame):
 
 
 def transform(autocovariance, overlap, frame):
-    """Return the expected periodogram of an autocovariance, shape (k, l, l), eq. (95)."""
-    values = autocovariance * np.reshape(overlap, (-1, 1, 1))
-    half = np.fft.rfft(values, axis=0)[frame.first:frame.last]
-    return half + half.conj().swapaxes(1, 2) - values[0]
+    """Return the expected periodogram of an autocovariance (n, l, l), (k, l, l), eq. (95)."""
+    values = np.moveaxis(autocovariance * np.reshape(overlap, (-1, 1, 1)), 0, -1)
+    upper = row, column = np.triu_indices(len(values))
+    # what two channels share at negative lags, folded to the end of the segment
+    both = values[upper]
+    both[:, 1:] += values[column, row, :0:-1]
+    half = np.fft.rfft(both)[:, frame.first:frame.last]
+    half[row == column] = half[row == column].real
+    found = np.empty((half.shape[1], *values.shape[:2]), complex)
+    found[:, column, row], found[:, row, column] = half.conj().T, half.T
+    return found
 
 
 def _line(part, sampled, system, frame):
