@@ -97,6 +97,20 @@ def _white_vectors(lower, change, out):
                         out[n, k, j, i] = total.real - total.imag
 
 
+@njit(cache=True)
+def applied(matrices, vectors):
+    """Return the products of complex matrices (n, l, l) with vectors (n, l), each its own."""
+    bins, count = vectors.shape
+    out = np.empty((bins, count), np.complex128)
+    for k in range(bins):
+        for i in range(count):
+            total = matrices[k, i, 0] * vectors[k, 0]
+            for j in range(1, count):
+                total += matrices[k, i, j] * vectors[k, j]
+            out[k, i] = total
+    return out
+
+
 def inverse_root(matrices):
     """
     Return the inverses L^-1 of the Cholesky factors L of matrices, shape (..., l, l).

@@ -139,8 +139,8 @@ def bootstrap_floor(simulator, best, estimate, tests):
         meters.append(measure(uncertainty.raised(again.model, evidence), evidence, bins))
         # errors of the model that are fitted to a half cost on the other half
         halves.append(above_floor([measure(*held_out(fit_again(
-            simulator, evidence.only(evidence.segments[i::2]), again, HALF_STEPS, uncertainty),
-            evidence, i), bins) for i in (0, 1)]))
+            simulator, half, again, HALF_STEPS, uncertainty), evidence, i), bins)
+            for i, half in enumerate(evidence.halves)]))
         named, by_chance = tests.found(simulator, again, samples, filters)
         modulation += by_chance
         for name, p_value in named:

@@ -10,6 +10,7 @@ from scipy.fft import irfft, next_fast_len, rfft
 from scipy.sparse.linalg import cg, LinearOperator
 from scipy.special import ndtr, ndtri
 
+from ssi_ros.hermitian import applied
 from ssi_ros.integrity.missing import parts_between, segment_rows
 
 NEAR = 1e-4             # residual, relative, at which conjugate gradients stop
@@ -155,11 +156,11 @@ def _conditional_mean(precision, covariance, gone, pull):
     def of(kernel):
         matrices = rfft(kernel[lags], axis=0)
 
-        def applied(x):
+        def filtered(x):
             wide = np.zeros((period, gone.shape[1]))
             wide[lost] = x
             return _filtered(matrices, rfft(wide, axis=0), period)[lost]
-        return LinearOperator((len(lost[0]),) * 2, applied)
+        return LinearOperator((len(lost[0]),) * 2, filtered)
     # the covariance of what is missing is nearly the inverse of its precision, but at the edges
     mean, _ = cg(of(precision), -pull[lost], M=of(covariance), rtol=NEAR, maxiter=STEPS)
     out = np.zeros(pull.shape)
@@ -178,7 +179,7 @@ def record_of(root, draws):
 
 
 def _filtered(matrices, transform, count):
-    return irfft((matrices @ transform[:, :, None])[..., 0], count, axis=0)
+    return irfft(applied(matrices, transform), count, axis=0)
 
 
 def _beyond(wide, limits, inverse, draws):
@@ -194,6 +195,8 @@ def _beyond(wide, limits, inverse, draws):
     for begin in [*range(0, stride, BURST)] * SWEEPS:
         at = np.arange(begin, rows - BURST + 1, stride)[:, None] + np.arange(BURST)
         at = at[~np.isnan(limits[at]).all(axis=(1, 2))]
+        if not len(at):
+            continue
         pull = _filtered(inverse, rfft(wide, axis=0), rows)[at]
         for row, channel in np.ndindex(BURST, channels):
             limit = limits[at[:, row], channel]

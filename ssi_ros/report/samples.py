@@ -86,8 +86,14 @@ def _offsets(recording, rows, placed):
 
 def _check_rate(recording, rate_hz):
     """Raise ValueError where channels do not come at the rate, given or that of the others."""
-    wrong = {n: w for n, s in zip(recording.names, recording.stamps_ns)
-             if (w := misfit(n, s, rate_hz))}
+    wrong, fitting = {}, np.empty(0, np.int64)
+    for name, stamps in zip(recording.names, recording.stamps_ns):
+        # channels of one message have the same stamps
+        if not np.array_equal(stamps, fitting):
+            if word := misfit(name, stamps, rate_hz):
+                wrong[name] = word
+            else:
+                fitting = stamps
     if not wrong:
         return
     some = list(wrong.values())[:1 if len(wrong) == len(recording.names) else None]

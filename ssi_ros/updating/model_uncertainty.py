@@ -147,9 +147,11 @@ class ModelUncertainty:
 
     def corrected(self, model, most):
         """Return the model with errors (n,) in it."""
+        values = self.errors(most)
+        if not values.any():
+            return model
         # the factor that the record was whitened by: another may fail where this one does not
-        factor = np.linalg.inv(inverse_root(model)) @ self._factors(
-            self.errors(most), model.shape[-1])
+        factor = np.linalg.inv(inverse_root(model)) @ self._factors(values, model.shape[-1])
         return factor @ factor.conj().swapaxes(-1, -2)
 
 

@@ -1,6 +1,6 @@
 """Fit a candidate and the levels to a record by Fisher scoring, eq. (100)."""
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -25,17 +25,22 @@ class Fit:
     candidate: Candidate
     levels: np.ndarray      # powers over nominal: each random excitation, sensor noise
     likelihood: float       # logarithm, uncertain numbers and their prior included
-    model: np.ndarray       # (a, k, l, l), expected, uncertain numbers at their most probable
-    plain: np.ndarray       # the same with the uncertain numbers as the model has them
+    plain: np.ndarray       # (a, k, l, l), expected, uncertain numbers as the model has them
     shares: tuple           # derivatives of `plain` by the logarithms of the levels
     covariance: np.ndarray  # (p, p), of the coordinates, all else profiled out
     errors: np.ndarray      # (n,), the uncertain numbers, in deviations
+    uncertainty: object     # ModelUncertainty that they are of
     known: tuple = None     # of a nonlinear one Expected and derivatives, to begin another fit
+
+    @cached_property
+    def model(self):
+        """Return what is expected, uncertain numbers at their most probable, (a, k, l, l)."""
+        return self.uncertainty.corrected(self.plain, self.errors)
 
     @property
     def without_errors(self):
         """Return the same at no errors, which take up a part of an effect not found yet."""
-        return replace(self, model=self.plain, errors=np.zeros(len(self.errors)))
+        return replace(self, errors=np.zeros(len(self.errors)))
 
 
 def fit(simulator, evidence, candidate=Candidate(), levels=None, steps=STEPS, uncertainty=None,
@@ -110,10 +115,8 @@ def _climb(problem, candidate, levels, steps, known=None):
     if here is None:
         return None
     return Fit(
-        here.candidate, np.exp(here.logs), here.value,
-        here.uncertainty.corrected(here.model, here.most), here.model,
-        tuple(here.shares()),
-        covariance(information, caps)[len(logs):, len(logs):], here.most,
+        here.candidate, np.exp(here.logs), here.value, here.model, tuple(here.shares()),
+        covariance(information, caps)[len(logs):, len(logs):], here.most, here.uncertainty,
         (here.now, here.changes) if here.now.near else None)
 
 

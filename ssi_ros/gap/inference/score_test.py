@@ -5,6 +5,7 @@ A template is the change of the expected spectrum by one effect at one place and
 depends on the model alone, so it is computed once; a record whitens it by its levels.
 """
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -102,10 +103,17 @@ class Scores:
         sided = np.array([signed and e.one_sided() for e in self.effects], bool)
         values, vectors = np.linalg.eigh(self.cosine)
         root = vectors * np.sqrt(np.maximum(values, 0.0))
-        draws = np.random.default_rng(0).standard_normal((DRAWS, len(root))) @ root.T
+        draws = _normal(len(root)) @ root.T
         return tail_of_largest(*(np.where(sided, z, np.abs(z)).max(axis=-1)
                                  for z in (
             as_gaussian(self.z, self.skewness + np.zeros(len(self.z))), draws)))
+
+
+@lru_cache(maxsize=1)
+def _normal(count):
+    draws = np.random.default_rng(0).standard_normal((DRAWS, count))
+    draws.flags.writeable = False
+    return draws
 
 
 def score(templates, fitted, evidence, uncertainty, here=None, skewed=True):

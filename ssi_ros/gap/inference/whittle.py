@@ -26,6 +26,11 @@ class Evidence:
         return Evidence(self.frame, self.spectrum, tuple(segments), known=self.known)
 
     @cached_property
+    def halves(self):
+        """Return the evidence of every other segment, from the first and from the second."""
+        return tuple(self.only(self.segments[first::2]) for first in (0, 1))
+
+    @cached_property
     def parts(self):
         """Parts of the frame that its segments are in."""
         return tuple(dict.fromkeys(self.frame.parts_of(self.segments).tolist()))

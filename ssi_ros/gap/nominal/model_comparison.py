@@ -7,7 +7,7 @@ import numpy as np
 
 from ssi_ros.bootstrap.correction import corrected
 from ssi_ros.bootstrap.indirect_inference import indirect_estimate
-from ssi_ros.bootstrap.parametric_bootstrap import bootstrap_floor, BootstrapTests
+from ssi_ros.bootstrap.parametric_bootstrap import bootstrap_floor, BootstrapTests, HALF_STEPS
 from ssi_ros.bootstrap.score_scatter import scatter_of
 from ssi_ros.effects import places
 from ssi_ros.effects.equivalent_hinges import equivalent_hinges
@@ -35,7 +35,6 @@ from ssi_ros.updating.prior import stand
 from ssi_ros.updating.systematic_errors import parameters
 
 FIRST_STEPS = 6         # of a fit, before the best are chosen
-REFIT_STEPS = 3         # of a fit to half of the segments, from the common one
 SCANNED = 3             # sizes of an effect that are fitted further
 ANOMALY_TESTS = 3       # lines, spikes, unmodelled changes
 
@@ -96,9 +95,8 @@ class ModelComparison(Comparison):
         side, levels, spectra = self.side(start), start.levels, self.record.spectra
         if fold is not None:
             simulator = side.simulator.with_motion_of(spectra, candidate, levels)
-            half = spectra.only(spectra.segments[fold::2])
-            return answer.fit_of(fit_again(simulator, half, start.state, REFIT_STEPS,
-                                           side.uncertainty), side)
+            return answer.fit_of(fit_again(simulator, spectra.halves[fold], start.state,
+                                           HALF_STEPS, side.uncertainty), side)
         hopeless = self._best - LIMITS['hopeless'].value
         if thorough:
             # what is not known around a candidate decides between those that are probable
