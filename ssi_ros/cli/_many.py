@@ -197,6 +197,10 @@ def own_cluster(workers):
         raise ValueError('--many needs a certificate of its own, so that no other user of this '
                          'machine can send it work: pip install cryptography') from None
     dask.config.set({f'distributed.{who}.http.routes': [] for who in ('scheduler', 'worker')})
+    # its profiler and its clock stop a worker a hundred times a second and more, for pages that
+    # are not served and for tasks of milliseconds
+    dask.config.set({'distributed.worker.profile.enabled': False,
+                     'distributed.admin.tick.interval': '1s'})
     # one thread each: the templates of a model are kept by the process that made them. What goes
     # wrong with a bag is in its answer; a worker that ends while it reports is nothing.
     return LocalCluster(n_workers=workers, threads_per_worker=1, protocol='tls://',

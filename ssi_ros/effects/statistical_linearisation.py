@@ -150,6 +150,9 @@ class _Hinge:
         for modes, start, stop in self.bands:
             band = slice(*np.searchsorted(omega, (start, stop)))
             w, p = omega[band], power[band]
+            if not 0.0 < p.sum() < np.inf:
+                raise ValueError(f'the hinge of {self.law.array} does not move, or without end: '
+                                 'it has no linear equivalent')
             stiffness, damping = -real[band].sum() / p.sum(), 0.0
             if finer > 1:
                 stiffness = max(stiffness, 0.0)
