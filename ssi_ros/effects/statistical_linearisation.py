@@ -151,8 +151,8 @@ class _Hinge:
             band = slice(*np.searchsorted(omega, (start, stop)))
             w, p = omega[band], power[band]
             if not 0.0 < p.sum() < np.inf:
-                raise ValueError(f'the hinge of {self.law.array} does not move, or without end: '
-                                 'it has no linear equivalent')
+                raise ValueError(f'{self.law.hinge} does not move, or without end: what its '
+                                 f'{self.law.kind} does has no linear equivalent')
             stiffness, damping = -real[band].sum() / p.sum(), 0.0
             if finer > 1:
                 stiffness = max(stiffness, 0.0)

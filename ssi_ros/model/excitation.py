@@ -89,6 +89,13 @@ def source(part):
     return part
 
 
+def steadied(part):
+    """Return a part whose level does not vary, its colours kept."""
+    if isinstance(part, Varying):
+        return steadied(part.part)
+    return replace(part, part=steadied(part.part)) if isinstance(part, Coloured) else part
+
+
 def colour_of(part, frequencies_hz):
     """Return the power gain at frequencies of all the colours that a part has."""
     return np.prod([layer.power(frequencies_hz) for layer in layers(part)

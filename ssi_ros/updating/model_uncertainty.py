@@ -17,9 +17,10 @@ from ssi_ros.effects.statistical_linearisation import linearise
 from ssi_ros.gap.inference.whittle import whiten
 from ssi_ros.hermitian import hermitian, inverse_root, white_vectors
 from ssi_ros.model.errors import with_frequencies
-from ssi_ros.model.excitation import Coloured
+from ssi_ros.model.excitation import Coloured, steadied
 from ssi_ros.updating.merged_bins import merged_bins, MergedBins
 from ssi_ros.updating.probable_errors import ErrorLikelihood, factors, most_probable, seen
+from ssi_ros.updating.slopes import MATRICES, plain_slopes
 
 STEP = 1e-4             # relative change for a difference quotient
 
@@ -172,16 +173,36 @@ def no_uncertainty(frame, channels):
 def model_uncertainty(simulator, candidate, levels, settings):
     """Return the ModelUncertainty around a candidate at levels; settings give the deviations."""
     # hinges are linearised once: so small a change of the rest leaves them as they are
-    setup = replace(linearise(simulator.setup(candidate, levels)), drift=0.0)
+    setup = linearise(simulator.setup(candidate, levels))
+    setup = replace(setup, drift=0.0, system=replace(setup.system, excitation=tuple(
+        map(steadied, setup.system.excitation))))
     base = simulator.spectrum(setup).at(levels)
     lower = inverse_root(base)
-    found = [(name, size / STEP * white_vectors(
-        lower, simulator.spectrum(moved).at(levels) - base).mean(axis=0))
-        for name, moved, size in _moves(setup, settings) if size > 0.0]
-    if not found:
+    moves = {name: (moved, size) for name, moved, size in _moves(setup, settings) if size > 0.0}
+    if not moves:
         return no_uncertainty(simulator.frame, base.shape[-1])
-    names, vectors = zip(*found)
-    return ModelUncertainty(names, np.array(vectors, np.float32))
+    known = _of_structure(simulator, setup, levels, moves, lower)
+
+    def change(name, moved):
+        """Return the whitened change by a unit of the number, (k l l,)."""
+        if name in known:
+            return known[name]
+        return white_vectors(lower, simulator.spectrum(moved).at(levels) - base).mean(
+            axis=0) / STEP
+    return ModelUncertainty(tuple(moves), np.array(
+        [size * change(name, moved) for name, (moved, size) in moves.items()], np.float32))
+
+
+def _of_structure(simulator, setup, levels, moves, lower):
+    """Return by name what `change` is of moves of the structure, where the spectrum is plain."""
+    system = setup.system
+    moved = {name: m.system for name, (m, _) in moves.items()
+             if m.system.stiffness is not system.stiffness}
+    matrices = [np.array([getattr(s, n) - getattr(system, n) for s in moved.values()]) / STEP
+                for n in MATRICES]
+    plain = moved and plain_slopes(simulator, levels, np.ones(len(moved)), changes=(
+        *matrices, np.zeros((len(moved), lower.shape[-1]))), setup=setup)
+    return dict(zip(moved, plain.whitened(lower[0]))) if plain else {}
 
 
 def _moves(setup, settings):

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ssi_ros.effects.base import lateness
+from ssi_ros.effects.statistical_linearisation import LinearisationResidual
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.spectra.expected_periodogram import powers_of
 from ssi_ros.hermitian import real_vectors, white_vectors
@@ -110,17 +111,18 @@ def is_plain(simulator, levels, candidate=Candidate()):
         simulator.setup(candidate, levels), levels, simulator.frame) is not None
 
 
-def plain_slopes(simulator, levels, sizes, candidate=Candidate(), changes=None):
+def plain_slopes(simulator, levels, sizes, candidate=Candidate(), changes=None, setup=None):
     """
     Return the PlainSlopes by sizes (p,) of all errors, at levels, beside a candidate.
 
     None for what is not plain: a drift, jitter, laws of hinges, filters, a level that varies,
     recorded inputs.
-    `changes` of a place near by save the time to find out how errors change the matrices.
+    `changes` of a place near by save the time to find out how errors change the matrices;
+    `setup` takes the place of that of the candidate.
     """
     if simulator.recorded:
         return None
-    setup = simulator.setup(candidate, levels)
+    setup = setup or simulator.setup(candidate, levels)
     colours = _colours(setup, levels, simulator.frame)
     if colours is None:
         return None
@@ -178,17 +180,19 @@ def _colours(setup, levels, frame):
     if (setup.drift or setup.laws or setup.lags or setup.jitter_rms_s or system.shaping
             or system.conditioning or system.quadrature or system.turned):
         return None
-    found, each = {}, iter(levels)
+    found, at, each = {}, {}, iter(levels)
     for part in system.excitation:
         filters, inner = tuple(layers(part)), source(part)
         if any(isinstance(f, Varying) for f in filters):
             return None
         if isinstance(inner, (Sine, Chirp, Nutation)):
             continue                # a line says nothing of the numbers of the model
-        if not isinstance(inner, White):
+        if isinstance(inner, White):
+            at[inner.name] = next(each)
+        elif not isinstance(inner, LinearisationResidual):
             return None
         key = tuple(replace(f, part=None) for f in filters)
-        inputs = next(each) * inner.covariance(system.rate_hz, system.inputs)
+        inputs = at[inner.name] * inner.covariance(system.rate_hz, system.inputs)
         found[key] = found.get(key, 0.0) + inputs
     return [(np.prod([f.power(frame.frequencies_hz) for f in key], axis=0), inputs)
             for key, inputs in found.items()]
