@@ -50,10 +50,13 @@ def test_a_mass_is_tried_where_what_it_leaves_would_have_more():
     """At its size, at the places of its own array alone, each once; a gain has no other place."""
     starts = [parse_effect(f'added_mass:array={a},mass_kg={m},along_m={at}')
               for a, m, at in (('E1', 0.01, 7.2), ('E2', 0.01, 4.0), ('E1', 0.1, 7.2),
-                               ('E1', 0.01, 2.0))]
-    scores = SimpleNamespace(effects=tuple(starts), gains=lambda: np.array([9.0, 20.0, 15.0, 1.0]))
+                               ('E1', 0.01, 2.0), ('E1', 0.01, 3.0), ('E1', 0.01, 4.0),
+                               ('E1', 0.01, 5.0), ('E1', 0.01, 6.0))]
+    scores = SimpleNamespace(effects=tuple(starts), gains=lambda: np.array(
+        [9.0, 20.0, 15.0, 1.0, 8.0, 7.0, 6.0, 0.5]))
     found = in_other_basins(parse_effect('added_mass:array=E1,mass_kg=0.5,along_m=0.9'), scores)
-    assert [(e.array, e.mass_kg, e.along_m) for e in found] == [('E1', 0.5, 7.2), ('E1', 0.5, 2.0)]
+    assert {(e.array, e.mass_kg) for e in found} == {('E1', 0.5)}
+    assert [e.along_m for e in found] == [7.2, 3.0, 4.0, 5.0, 2.0]      # 7.2 counts once
     assert in_other_basins(parse_effect('sensor_gain:channel=e1_a,scale=1.1'), scores) == []
 
 

@@ -126,12 +126,11 @@ def in_other_basins(effect, scores):
 
     Half of a mass at the wrong place may stand for one that no template at its own place promised.
     """
-    many, gains, found = _of_many_starts(effect), scores.gains(), []
-    for i in np.argsort(-gains) if many else ():
-        e = scores.effects[i]
-        if e.kind() == effect.kind() and len(found) < OTHERS:
-            found.append(replace(effect, **{n: getattr(e, n) for n in many}))
-    return list(dict.fromkeys(found))
+    many = _of_many_starts(effect)
+    best = [scores.effects[i] for i in np.argsort(-scores.gains())] if many else ()
+    found = (replace(effect, **{n: getattr(e, n) for n in many})
+             for e in best if e.kind() == effect.kind())
+    return list(dict.fromkeys(found))[:OTHERS]
 
 
 def extensions(effect, names):
