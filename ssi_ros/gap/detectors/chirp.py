@@ -74,7 +74,7 @@ def _candidates(unit, rate_hz, band):
     fine = df / (count * length_s)
     inner = np.arange(-int(coarse / fine / 2) - 1, int(coarse / fine / 2) + 1) * fine
     first, last = int(band[0] / df), int(band[1] / df)
-    tops, rates, starts = [], [], []
+    found = []
     for rate in np.arange(coarse / 2, highest + coarse, coarse):
         turn = phasors((rate / 2 * t ** 2).astype(np.float32))
         both = fft(segments * turn, size, axis=1, overwrite_x=True)
@@ -86,10 +86,8 @@ def _candidates(unit, rate_hz, band):
             # one strong bin is a line; it must not stand for all segments
             power = np.minimum(power, np.float32(LOUD))
             shifts = np.rint((way + inner)[:, None] * middles / df).astype(np.int64)
-            for all_of, of_lines in zip((tops, starts), best_lines(power, shifts, first, last)):
-                all_of.append(of_lines)
-            rates.append(way + inner)
-    tops, rates, starts = map(np.concatenate, (tops, rates, starts))
+            found.append((*best_lines(power, shifts, first, last), way + inner))
+    tops, starts, rates = map(np.concatenate, zip(*found))
     kept, best = [], np.argsort(-tops, kind='stable')[:np.count_nonzero(starts >= 0)]
     for rate, start in zip(rates[best], starts[best] * df):
         if all(abs(rate - r) * count * length_s + abs(start - s) > 3 / length_s
