@@ -11,8 +11,8 @@ calibration has left. `if exact` is d' for a model without errors: where it is m
 of the model imitate the effect, and a calibration on a healthy recording would help.
 
 With --input, an input of the model is recorded beside the channels: `without` is d' of the same
-effect where it is not, both to first order in the size, and `times` by how much recording raises
-it. It takes some ten seconds for a model with a hundred uncertain numbers.
+effect where it is not, and `times` by how much recording raises that of a small effect. It takes
+some fifteen seconds for a model with a hundred uncertain numbers.
 """
 from pathlib import Path
 

@@ -20,8 +20,8 @@ from ssi_ros.updating.correlation import heights_of
 from ssi_ros.updating.model_uncertainty import model_uncertainty
 from ssi_ros.updating.prior import error_directions, prior_of
 
+SMALL = 2e-4            # of a size: there d' goes in proportion to it
 DETECTED = 4.0          # d' of the size that counts as detected
-SMALL = 0.02            # of a size that changes a spectrum to first order
 
 
 @dataclass(frozen=True)
@@ -100,27 +100,26 @@ def identifiability(spacecraft, duration_s, settings=DiagnosisSettings(), progre
     found = tuple(v for cls in known
                   for v in found.get(cls.name) or _by_detection(
                       cls, simulator.but(recorded=None), rows, settings))
-    return _beside_none(found, plain, rows, settings) if inputs else found
+    return _beside_none(found, simulator, plain, rows, settings) if inputs else found
 
 
-def _beside_none(found, simulator, rows, settings):
-    """Return what is visible beside inputs, with d' of the same effects without them."""
-    predicted, shares = deflections(), {}
-    for v in found:
-        if v.effect.spectral:
-            # beside inputs d' is of first order; without them a large change counts by its square
-            share = SMALL if v.effect.power == 1.0 and not v.effect.nonlinear else 1.0
-            shares[at_size(v.effect, share)] = v.effect, share
-    templates, _, plain, _ = _promised(
-        simulator, settings,
-        lambda side: make_templates(side, list(shares), lambda share: None))
-    d_prime = {}
-    for small, d in zip(templates.effects, plain):
-        effect, share = shares[small]
-        d_prime[effect] = float(d) / share
-    levels = np.ones(len(simulator.expected(Candidate()).names))
+def _beside_none(found, beside, without, rows, settings):
+    """Return what is visible `beside` inputs, with d' of the same effects `without` them."""
+    # of small sizes both: a large change of a resonance saturates beside inputs, and what errors
+    # of a model do not take up of it, without them, is its square
+    small = {at_size(v.effect, SMALL if v.effect.power == 1.0 and not v.effect.nonlinear else 1.0):
+             v.effect for v in found if v.effect.spectral}
+
+    def first_order(side):
+        templates, _, d_prime, _ = _promised(
+            side, settings, lambda there: make_templates(there, list(small)))
+        return {small[e]: float(d) for e, d in zip(templates.effects, d_prime)}
+    of, other = map(first_order, (beside, without))
+    d_prime = {v.effect: v.detection * other[v.effect] / max(of[v.effect], 1e-12)
+               for v in found if v.effect in of.keys() & other.keys()}
+    predicted, levels = deflections(), np.ones(len(without.expected(Candidate()).names))
     for name in {v.effect.name for v in found} & set(predicted):
-        at = sensitivity(simulator, simulator.setup(Candidate()), levels, rows, settings)
+        at = sensitivity(without, without.setup(Candidate()), levels, rows, settings)
         d_prime |= {v.effect: float(predicted[name](v.effect, at)) for v in found
                     if v.effect.name == name and v.effect not in d_prime}
     return tuple(replace(v, without=d_prime.get(v.effect, v.without)) for v in found)
