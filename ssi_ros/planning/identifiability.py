@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ssi_ros.effects import applicable, library, places
+from ssi_ros.effects.base import SMALL
 from ssi_ros.effects.likeness import separate_by
 from ssi_ros.effects.registry import deflections
 from ssi_ros.effects.sizes import at_size
@@ -20,7 +21,6 @@ from ssi_ros.updating.correlation import heights_of
 from ssi_ros.updating.model_uncertainty import model_uncertainty
 from ssi_ros.updating.prior import error_directions, prior_of
 
-SMALL = 2e-4            # of a size: there d' goes in proportion to it
 DETECTED = 4.0          # d' of the size that counts as detected
 
 
@@ -107,8 +107,8 @@ def _beside_none(found, beside, without, rows, settings):
     """Return what is visible `beside` inputs, with d' of the same effects `without` them."""
     # of small sizes both: a large change of a resonance saturates beside inputs, and what errors
     # of a model do not take up of it, without them, is its square
-    small = {at_size(v.effect, SMALL if v.effect.power == 1.0 and not v.effect.nonlinear else 1.0):
-             v.effect for v in found if v.effect.spectral}
+    small = {at_size(v.effect, SMALL if v.effect.is_linear else 1.0): v.effect
+             for v in found if v.effect.spectral}
 
     def first_order(side):
         templates, _, d_prime, _ = _promised(

@@ -20,7 +20,7 @@ from ssi_ros.model.errors import with_frequencies
 from ssi_ros.model.excitation import Coloured, steadied
 from ssi_ros.updating.merged_bins import merged_bins, MergedBins
 from ssi_ros.updating.probable_errors import ErrorLikelihood, factors, most_probable, seen
-from ssi_ros.updating.slopes import MATRICES, plain_slopes
+from ssi_ros.updating.slopes import matrix_changes, plain_slopes
 
 STEP = 1e-4             # relative change for a difference quotient
 
@@ -198,10 +198,9 @@ def _of_structure(simulator, setup, levels, moves, lower):
     system = setup.system
     moved = {name: m.system for name, (m, _) in moves.items()
              if m.system.stiffness is not system.stiffness}
-    matrices = [np.array([getattr(s, n) - getattr(system, n) for s in moved.values()]) / STEP
-                for n in MATRICES]
     plain = moved and plain_slopes(simulator, levels, np.ones(len(moved)), changes=(
-        *matrices, np.zeros((len(moved), lower.shape[-1]))), setup=setup)
+        *matrix_changes(system, moved.values(), STEP), np.zeros((len(moved), lower.shape[-1]))),
+        setup=setup)
     return dict(zip(moved, plain.whitened(lower[0]))) if plain else {}
 
 

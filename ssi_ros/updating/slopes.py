@@ -209,8 +209,12 @@ def _changes(simulator, candidate, system, sizes):
         # an effect has changed the structure, perhaps by what the errors change as well
         here = system
         there = [simulator.at_errors(values + step).setup(candidate).system for step in steps]
-    return (*(np.array([getattr(t, n) - getattr(here, n) for t in there]) / EXACT_PROBE
-              for n in MATRICES), of_gains)
+    return (*matrix_changes(here, there, EXACT_PROBE), of_gains)
+
+
+def matrix_changes(here, there, step):
+    """Return the changes of the MATRICES from a system to others a step away, (p, ...) each."""
+    return [np.array([getattr(t, n) - getattr(here, n) for t in there]) / step for n in MATRICES]
 
 
 def _outputs(setup, frame):
