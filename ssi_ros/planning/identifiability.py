@@ -77,8 +77,8 @@ def identifiability(spacecraft, duration_s, settings=DiagnosisSettings(), progre
         simulator = to_be_recorded(simulator, inputs, rows)
     names = acting(applicable(spacecraft), simulator)
     known = [library()[n] for n in names]
-    templates, exact, detection, cosine = _promised(
-        simulator, settings,
+    promised = _promising(simulator, settings)
+    templates, exact, detection, cosine = promised(
         lambda side: effect_templates(side, settings, names, progress))
     groups = {}
     for i, e in enumerate(templates.effects):
@@ -100,21 +100,20 @@ def identifiability(spacecraft, duration_s, settings=DiagnosisSettings(), progre
     found = tuple(v for cls in known
                   for v in found.get(cls.name) or _by_detection(
                       cls, simulator.but(recorded=None), rows, settings))
-    return _beside_none(found, simulator, plain, rows, settings) if inputs else found
+    return _beside_none(found, promised, plain, rows, settings) if inputs else found
 
 
-def _beside_none(found, beside, without, rows, settings):
-    """Return what is visible `beside` inputs, with d' of the same effects `without` them."""
+def _beside_none(found, promised, without, rows, settings):
+    """Return what is visible, `promised` beside inputs, with d' of the same effects `without`."""
     # of small sizes both: a large change of a resonance saturates beside inputs, and what errors
     # of a model do not take up of it, without them, is its square
     small = {at_size(v.effect, SMALL if v.effect.is_linear else 1.0): v.effect
              for v in found if v.effect.spectral}
 
-    def first_order(side):
-        templates, _, d_prime, _ = _promised(
-            side, settings, lambda there: make_templates(there, list(small)))
+    def first_order(promised):
+        templates, _, d_prime, _ = promised(lambda side: make_templates(side, list(small)))
         return {small[e]: float(d) for e, d in zip(templates.effects, d_prime)}
-    of, other = map(first_order, (beside, without))
+    of, other = map(first_order, (promised, _promising(without, settings)))
     d_prime = {v.effect: v.detection * other[v.effect] / max(of[v.effect], 1e-12)
                for v in found if v.effect in of.keys() & other.keys()}
     predicted, levels = deflections(), np.ones(len(without.expected(Candidate()).names))
@@ -125,24 +124,27 @@ def _beside_none(found, beside, without, rows, settings):
     return tuple(replace(v, without=d_prime.get(v.effect, v.without)) for v in found)
 
 
-def _promised(simulator, settings, templates_of):
-    """Return templates, d' if the model is exact, d', and cosines of the scores."""
+def _promising(simulator, settings):
+    """Return a function from what makes templates to them, d' if exact, d', and cosines."""
     nominal = simulator.expected(Candidate())
-    levels = np.ones(len(nominal.names))
-    templates = templates_of(simulator.for_templates(levels))
-    unknown = model_uncertainty(simulator, Candidate(), levels, settings)
-    exact, cosine = promise(templates, nominal, simulator.frame, unknown)
-    prior = prior_of(simulator.spacecraft)
-    if prior is None:
-        return templates, exact, exact, cosine
-    simulator = standing(simulator, prior)
-    unknown = unknown.and_of(error_directions(simulator, levels, prior)).and_of(
-        heights_of(simulator, Candidate(), levels, len(prior.names)))
-    linear, _ = promise(templates, nominal, simulator.frame, unknown)
-    templates = templates_of(simulator.for_templates(levels))
-    moved, cosine = promise(templates, nominal, simulator.frame, unknown)
-    # errors imitate an effect by linear changes or by moving modes back: the better of the two
-    return templates, exact, np.minimum(exact, np.minimum(linear, moved)), cosine
+    levels, prior = np.ones(len(nominal.names)), prior_of(simulator.spacecraft)
+    small = model_uncertainty(simulator, Candidate(), levels, settings)
+    if prior is not None:
+        moving = standing(simulator, prior)
+        unknown = small.and_of(error_directions(moving, levels, prior)).and_of(
+            heights_of(moving, Candidate(), levels, len(prior.names)))
+
+    def promised(templates_of):
+        templates = templates_of(simulator.for_templates(levels))
+        exact, cosine = promise(templates, nominal, simulator.frame, small)
+        if prior is None:
+            return templates, exact, exact, cosine
+        linear, _ = promise(templates, nominal, simulator.frame, unknown)
+        templates = templates_of(moving.for_templates(levels))
+        moved, cosine = promise(templates, nominal, simulator.frame, unknown)
+        # errors imitate an effect by linear changes or by moving modes back: the better of the two
+        return templates, exact, np.minimum(exact, np.minimum(linear, moved)), cosine
+    return promised
 
 
 def classes(found, limit):

@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ssi_ros.effects.base import lateness
-from ssi_ros.effects.statistical_linearisation import LinearisationResidual
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.spectra.expected_periodogram import powers_of
 from ssi_ros.hermitian import real_vectors, white_vectors
@@ -180,19 +179,17 @@ def _colours(setup, levels, frame):
     if (setup.drift or setup.laws or setup.lags or setup.jitter_rms_s or system.shaping
             or system.conditioning or system.quadrature or system.turned):
         return None
-    found, at, each = {}, {}, iter(levels)
+    found, each = {}, iter(levels)
     for part in system.excitation:
         filters, inner = tuple(layers(part)), source(part)
         if any(isinstance(f, Varying) for f in filters):
             return None
         if isinstance(inner, (Sine, Chirp, Nutation)):
             continue                # a line says nothing of the numbers of the model
-        if isinstance(inner, White):
-            at[inner.name] = next(each)
-        elif not isinstance(inner, LinearisationResidual):
+        if not isinstance(inner, White):
             return None
         key = tuple(replace(f, part=None) for f in filters)
-        inputs = at[inner.name] * inner.covariance(system.rate_hz, system.inputs)
+        inputs = next(each) * inner.covariance(system.rate_hz, system.inputs)
         found[key] = found.get(key, 0.0) + inputs
     return [(np.prod([f.power(frame.frequencies_hz) for f in key], axis=0), inputs)
             for key, inputs in found.items()]
