@@ -1,9 +1,10 @@
 """
-Eigenvalues of a small matrix and C times its eigenvectors, without the eigenvectors.
+Eigenvalues by routines of LAPACK that SciPy's functions do not reach.
 
 LAPACK's dgeev turns an n x n matrix of vectors through every step. Shapes need C phi alone, and
-its parts do to l rows what they do to n: that saves a sixth of the time. The parts come from the
-table of LAPACK that SciPy keeps for compiled code (`scipy.linalg.cython_lapack`).
+its parts do to l rows what they do to n: that saves a sixth of the time. They, and dstevd, which
+scipy.linalg.lapack has from SciPy 1.16 on, come from the table of LAPACK that SciPy keeps for
+compiled code (`scipy.linalg.cython_lapack`).
 """
 import ctypes
 
@@ -25,6 +26,43 @@ def _routine(name, arguments):
 
 
 _dormhr, _dlahqr, _dtrevc = _routine('dormhr', 14), _routine('dlahqr', 14), _routine('dtrevc', 14)
+_dstevd = _routine('dstevd', 11)
+
+
+def tridiagonal_eigen(diagonal, beside):
+    """
+    Return all eigenvalues and eigenvectors of a symmetric tridiagonal matrix, by dstevd.
+
+    Parameters
+    ----------
+    diagonal, beside : ndarray, shapes (n,) and (n - 1,)
+        The diagonal and the one beside it, n >= 2.
+
+    Returns
+    -------
+    values : ndarray, shape (n,)
+        In rising order.
+    vectors : ndarray, shape (n, n)
+        One a column.
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        If the iteration does not converge.
+
+    """
+    n = len(diagonal)
+    values, rest, vectors = diagonal.copy(), beside.copy(), np.empty((n, n), order='F')
+    work = np.empty(1 + 4 * n + n * n)
+    integers = np.empty(3 + 5 * n, dtype=np.intc)
+    numbers = np.array([n, len(work), len(integers), 0], dtype=np.intc)
+    size, room, integer_room, fault = (
+        numbers.ctypes.data + k * numbers.itemsize for k in range(len(numbers)))
+    _dstevd(b'V', size, values.ctypes.data, rest.ctypes.data, vectors.ctypes.data, size,
+            work.ctypes.data, room, integers.ctypes.data, integer_room, fault)
+    if numbers[3]:
+        raise np.linalg.LinAlgError('the eigenvalues of the covariances do not converge')
+    return values, vectors
 
 
 def output_eigen(a, c):

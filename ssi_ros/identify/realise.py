@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg.blas import dtrsm
-from scipy.linalg.lapack import dgeev, dormqr, dpotrf, dstevd, dsytrd, dtrtrs
-from ssi_ros.identify.eigen import output_eigen
+from scipy.linalg.lapack import dgeev, dormqr, dpotrf, dsytrd, dtrtrs
+from ssi_ros.identify.eigen import output_eigen, tridiagonal_eigen
 
 RIDGE = 1e-9        # of the mean variance: keeps the Cholesky factor of noise-free data alive
 RIDGES = (1e-9, 1e-7, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1.0)
@@ -234,9 +234,7 @@ def decompose(t, rank):
     """
     # the symmetric eigenproblem by its parts, so that only vectors that are kept are turned back
     turned, diagonal, beside, tau, _ = dsytrd(t @ t.T, lower=1, lwork=64 * len(t))
-    squares, vectors, fault = dstevd(diagonal, beside)
-    if fault:
-        raise np.linalg.LinAlgError('the eigenvalues of the covariances do not converge')
+    squares, vectors = tridiagonal_eigen(diagonal, beside)
     squares = squares[::-1]
     rank = min(rank, int(np.count_nonzero(squares > RANK ** 2 * max(squares[0], 1e-300))))
     u = np.asfortranarray(vectors[:, ::-1][:, :rank])
