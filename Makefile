@@ -6,7 +6,7 @@ export ROS_AUTOMATIC_DISCOVERY_RANGE = LOCALHOST
 export FASTDDS_BUILTIN_TRANSPORTS ?= UDPv4
 export ROS_PYTHON_CHECK_FIELDS = 1
 
-.PHONY: help demo test test-slow docs lint bench lock bench-lock clean
+.PHONY: help demo test test-slow test-oldest docs lint bench lock bench-lock clean
 help:  ## show the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 12
 
@@ -24,7 +24,7 @@ demo: $(VENV)/.ready  ## simulate, identify live, record to MCAP, replay, compar
 	@$(BIN)/ssi_ros demo
 
 # Workers side by side: threads of linear algebra of each would only wait for those of the other.
-test test-slow: export OMP_NUM_THREADS = 1
+test test-slow test-oldest: export OMP_NUM_THREADS = 1
 
 test: $(VENV)/.ready  ## all tests: what runs by the clock first, then the rest on up to four cores
 	@$(BIN)/python -m pytest test -m 'by_the_clock and not slow' --numprocesses=2 --dist=loadfile \
@@ -34,6 +34,13 @@ test: $(VENV)/.ready  ## all tests: what runs by the clock first, then the rest 
 
 test-slow: $(VENV)/.ready  ## an injection of every effect and other long ones, about 15 minutes on two cores
 	@$(BIN)/python -m pytest test -m slow --numprocesses=logical --maxprocesses=4 --dist=worksteal
+
+# What Ubuntu 24.04, that of ROS 2 Jazzy, has of the libraries that rosdep installs.
+OLDEST = numpy==1.26.4 scipy==1.11.4 matplotlib==3.6.3 tqdm==4.66.2
+test-oldest: requirements.lock  ## the tests that are not slow, beside the libraries of Ubuntu 24.04
+	@$(MAKE) --no-print-directory VENV=.venv-oldest .venv-oldest/.ready
+	@.venv-oldest/bin/python -m pip install --quiet --disable-pip-version-check --no-deps $(OLDEST)
+	@$(MAKE) --no-print-directory VENV=.venv-oldest test
 
 docs: $(VENV)/.ready  ## make the reference from the code, and the site in build/site
 	@$(BIN)/python -m ssi_ros.ros.reference docs/reference >/dev/null
@@ -62,4 +69,4 @@ bench-lock:  ## the same for requirements-bench.lock
 	  --no-header --no-annotate --generate-hashes requirements-bench.in -o requirements-bench.lock
 
 clean:  ## remove what the targets made
-	rm -rf $(VENV) .venv-bench build install log demo .pytest_cache *.egg-info
+	rm -rf $(VENV) .venv-bench .venv-oldest build install log demo .pytest_cache *.egg-info

@@ -24,7 +24,7 @@ setup(
     ],
     package_data={package_name + '.report': ['*.css', '*.js']},
     python_requires='>=3.10',
-    install_requires=['numpy', 'scipy', 'numba', 'mcap', 'zstandard', 'pyyaml',
+    install_requires=['numpy>=1.26', 'scipy>=1.11', 'numba', 'mcap', 'zstandard', 'pyyaml',
                       'threadpoolctl', 'tqdm', 'matplotlib', 'plotly'],
     extras_require={'complete': ['argcomplete'],
                     'see': ['textual', 'foxglove-sdk'],

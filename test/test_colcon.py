@@ -12,7 +12,11 @@ import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
 # rosdep has no key for these: the pip line of docs/how-to/robot.md names them
-BY_PIP = {'mcap', 'zstandard', 'threadpoolctl', 'plotly', 'foxglove', 'dask', 'pyuff'}
+BY_PIP = {'mcap', 'numba', 'zstandard', 'threadpoolctl', 'plotly', 'textual', 'foxglove', 'dask',
+          'pyuff'}
+# what Ubuntu 24.04, that of ROS 2 Jazzy, has in versions that serve: it has no numba, and a
+# Textual of 2022. rosdep has keys for both all the same, at which it stops
+UBUNTU = {'argcomplete', 'matplotlib', 'numpy', 'pytest', 'scipy', 'tqdm', 'yaml'}
 # modules that come with another package
 WITH = {'rich': 'textual', 'lz4': 'mcap'}
 ROS = ('_msgs', '_interfaces', '_srvs')
@@ -79,6 +83,8 @@ def test_package_xml_names_what_is_imported():
         ros = name.endswith(ROS) or name in ('rclpy', 'launch', 'launch_ros')
         assert (name if ros else f'python3-{name}') in named, name
     assert 'ros2launch' in named              # `ros2 launch` itself
+    keys = {e.text for e in package.iter() if (e.text or '').startswith('python3-')}
+    assert keys <= {f'python3-{name}' for name in UBUNTU}
     lines = re.findall(r'^pip install (.*)$', (ROOT / 'docs/how-to/robot.md').read_text(), re.M)
     for name in BY_PIP:
         assert re.search(rf'\b{name}\b', ' '.join(lines)), name

@@ -113,11 +113,17 @@ def test_versions_agree():
     assert 'Forthcoming\n' in text or f'{__version__} (' in text
 
 
+def required():
+    """Return the names that setup.py requires, without their versions."""
+    listed = re.search(r'install_requires=\[(.*?)\]', SETUP, re.S)[1]
+    return re.findall(r"'([\w-]+)[^']*'", listed)
+
+
 def test_lock_names_no_address():
     """The lock holds names, versions and hashes, and every requirement of the package."""
     lock = (ROOT / 'requirements.lock').read_text()
     assert '://' not in lock and '--index' not in lock
-    names = re.findall(r"'([\w-]+)'", re.search(r'install_requires=\[(.*?)\]', SETUP, re.S)[1])
+    names = required()
     for name in names:
         assert re.search(rf'^{name}==', lock, re.MULTILINE), name
 
@@ -125,7 +131,7 @@ def test_lock_names_no_address():
 @pytest.mark.parametrize('page', ['README.md', 'docs/how-to/robot.md'])
 def test_a_robot_gets_every_library(page):
     """What rosdep does not install of the requirements, the page's pip line does."""
-    names = re.findall(r"'([\w-]+)'", re.search(r'install_requires=\[(.*?)\]', SETUP, re.S)[1])
+    names = required()
     by_pip = re.search(r'^pip install (.*)$', (ROOT / page).read_text(), re.M)[1].split()
     package = (ROOT / 'package.xml').read_text()
     for name in names:

@@ -25,7 +25,7 @@ QUICK = ('examples/shear_building.py', 'examples/footbridge.py')
 LONG = ('diagnose', 'calibrate', 'identifiability', 'demo', 'place')             # verbs
 # verbs that go on for ever, and one whose exit code is about this machine and what runs on it
 RUNNING = ('monitor', 'bridge', 'play', 'record', 'doctor')
-ELSEWHERE = ('ros2', 'rosdep', 'colcon', 'pip', 'cd', 'source', 'simulator_node',
+ELSEWHERE = ('ros2', 'rosdep', 'sudo', 'colcon', 'pip', 'cd', 'source', 'simulator_node',
              'identifier_node')
 
 

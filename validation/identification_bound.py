@@ -12,6 +12,7 @@ covariance of psi across psi, as long as that is small.
 import argparse
 
 import numpy as np
+from scipy.integrate import trapezoid
 from ssi_ros.identify import ssi_cov
 from threadpoolctl import threadpool_limits
 from validation.bench_data import modal_record, RATE_HZ, ten_modes, twin_arrays
@@ -44,7 +45,7 @@ def modes_of(truth, common):
     f = grid(truth)
     z = np.exp(2j * np.pi * f / RATE_HZ)
     swing = np.array([gain(one) for one in z])[:, None, :] * truth.shapes.T
-    power = np.trapezoid((swing @ forces @ swing.conj().transpose(0, 2, 1)).real, f, axis=0)
+    power = trapezoid((swing @ forces @ swing.conj().transpose(0, 2, 1)).real, f, axis=0)
     return mu, truth.shapes.astype(complex), g, 2.0 * power / RATE_HZ
 
 

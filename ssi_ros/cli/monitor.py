@@ -43,8 +43,8 @@ def _screen():
     try:
         from ssi_ros.monitor.screen import Screen
     except ImportError:
-        raise ValueError('the screen needs Textual: pip install textual; or give --plain') \
-            from None
+        raise ValueError('the screen needs a Textual of 2023 or later: pip install textual; '
+                         'or give --plain') from None
     return Screen
 
 

@@ -5,6 +5,8 @@ A row that counts as zero leaks the strong resonances into all bins alike and bu
 antiresonances. A draw keeps the spectrum; a conditional mean would lack power, and one given near
 rows alone would fill the antiresonances.
 """
+import inspect
+
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 from scipy.sparse.linalg import cg, LinearOperator
@@ -13,7 +15,8 @@ from scipy.special import ndtr, ndtri
 from ssi_ros.hermitian import applied
 from ssi_ros.integrity.missing import parts_between, segment_rows
 
-NEAR = 1e-4             # residual, relative, at which conjugate gradients stop
+# residual, relative, at which conjugate gradients stop; before SciPy 1.12 it is called tol
+NEAR = {name: 1e-4 for name in ('rtol', 'tol') if name in inspect.signature(cg).parameters}
 STEPS = 500             # of them, at most
 ALONE = 1e-4            # of the precision, or less, between samples that are drawn apart
 FORGOTTEN = 1e-3        # of the covariance, at which the ends of a record are none
@@ -162,7 +165,7 @@ def _conditional_mean(precision, covariance, gone, pull):
             return _filtered(matrices, rfft(wide, axis=0), period)[lost]
         return LinearOperator((len(lost[0]),) * 2, filtered)
     # the covariance of what is missing is nearly the inverse of its precision, but at the edges
-    mean, _ = cg(of(precision), -pull[lost], M=of(covariance), rtol=NEAR, maxiter=STEPS)
+    mean, _ = cg(of(precision), -pull[lost], M=of(covariance), atol=0.0, maxiter=STEPS, **NEAR)
     out = np.zeros(pull.shape)
     out[lost] = mean
     return out
