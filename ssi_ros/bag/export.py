@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ssi_ros.whole_file import whole_file, whole_path
+from ssi_ros.whole_file import whole_file, whole_path, write_arrays
 
 UNIVERSAL = ('.uff', '.unv')
 EVEN = 0.01             # of a sampling interval that stamps may be off
@@ -35,8 +35,7 @@ def export_recording(recording, path):
         arrays = {}
         for name, stamps, values in zip(names, recording.stamps_ns, recording.values):
             arrays[f'{name}_stamps_ns'], arrays[f'{name}_values'] = stamps, values
-        with whole_file(path, 'wb') as f:
-            np.savez_compressed(f, **arrays)
+        write_arrays(path, compressed=True, **arrays)
         return
     if path.suffix in UNIVERSAL:
         _universal(recording, path)

@@ -25,7 +25,7 @@ from ssi_ros.gap.nominal.simulator import Simulator
 from ssi_ros.gap.nominal.starting_points import starting_points
 from ssi_ros.gap.spectra.segmentation import frame_at
 from ssi_ros.updating.merged_bins import WhiteChanges
-from ssi_ros.whole_file import whole_file
+from ssi_ros.whole_file import write_arrays
 
 KEPT = 4                # sets of templates that stay, on disk and in memory; some 10 MB each
 LAYERS = ('model', 'effects', 'gap', 'updating')
@@ -170,8 +170,7 @@ def save_changes(key, found):
 def _save(key, **arrays):
     try:
         folder().mkdir(parents=True, exist_ok=True)
-        with whole_file(folder() / key, 'wb') as file:
-            np.savez(file, **arrays)
+        write_arrays(folder() / key, **arrays)
         kind = key.partition('-')[0]
         files = sorted(folder().glob(f'{kind}-*.npz'), key=lambda p: p.stat().st_mtime)
         for path in files[:-KEPT]:

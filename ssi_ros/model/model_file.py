@@ -21,7 +21,7 @@ from ssi_ros.model.modal_errors import modal_uncertainty, modes_at, MOST
 from ssi_ros.model.model_checks import check_definite
 from ssi_ros.model.sensors import Noise
 from ssi_ros.quantity import unknown
-from ssi_ros.whole_file import whole_file
+from ssi_ros.whole_file import write_arrays
 
 SUFFIXES = ('.npz', '.mat')
 MATRICES = ('mass', 'damping', 'stiffness', 'input', 'output')
@@ -95,8 +95,7 @@ def save_model(model, path, effects=()):
         text |= {CALIBRATION + n: getattr(known, n)
                  for n in ('names', 'recordings', 'unexplained')}
     path = path if str(path).endswith('.npz') else f'{path}.npz'
-    with whole_file(path, 'wb') as file:
-        np.savez(file, **numbers, **{k: np.array(v, dtype=str) for k, v in text.items()},
+    write_arrays(path, **numbers, **{k: np.array(v, dtype=str) for k, v in text.items()},
                  rate_hz=model.rate_hz, noise_rms=[s.noise_rms for s in model.sensors],
                  levels=[d.level for d in model.drives],
                  corner_hz=[d.corner_hz for d in model.drives])
@@ -108,8 +107,7 @@ def save_system(system, path):
              for name in source(p).inputs}
     rms = {n: dict(zip(w.inputs, w.held_rms(system.rate_hz)))[n] for n, (_, w) in parts.items()}
     (noise,) = (s.rms for s in system.chain if isinstance(s, Noise))
-    with whole_file(path, 'wb') as file:
-        np.savez(file, mass=system.mass, damping=system.damping, stiffness=system.stiffness,
+    write_arrays(path, mass=system.mass, damping=system.damping, stiffness=system.stiffness,
                  input=system.input, sensor=system.sensor, rate_hz=system.rate_hz,
                  dofs=np.array(system.dofs), inputs=np.array(system.inputs),
                  channels=np.array(system.channels), kinds=np.array(system.kinds),
