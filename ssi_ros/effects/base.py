@@ -220,7 +220,8 @@ class Effect:
         """Share of its size at which it changes a spectrum in proportion; 1 if none is small."""
         null = self.size_quantity().default
         starts = {round(abs(v - null), 12) for v in self.starts.get(self.size, ())} - {0.0}
-        return SMALL if self.is_linear and len(starts) == 1 and math.isfinite(null) else 1.0
+        alike = self.second_degree or len(starts) == 1
+        return SMALL if self.is_linear and alike and math.isfinite(null) else 1.0
 
     def kind(self):
         """Return its name and the channels and arrays it is at, whatever its numbers."""

@@ -4,7 +4,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ssi_ros.effects import applicable, library, places
-from ssi_ros.effects.base import SMALL
 from ssi_ros.effects.likeness import separate_by
 from ssi_ros.effects.registry import deflections
 from ssi_ros.effects.sizes import at_size
@@ -107,8 +106,8 @@ def _beside_none(found, promised, without, rows, settings):
     """Return what is visible, `promised` beside inputs, with d' of the same effects `without`."""
     # of small sizes both: a large change of a resonance saturates beside inputs, and what errors
     # of a model do not take up of it, without them, is its square
-    small = {at_size(v.effect, SMALL if v.effect.is_linear else 1.0): v.effect
-             for v in found if v.effect.spectral}
+    small = {at_size(v.effect, min(v.effect.first_order, DETECTED / max(v.detection, 1e-9))):
+             v.effect for v in found if v.effect.spectral}
 
     def first_order(promised):
         templates, _, d_prime, _ = promised(lambda side: make_templates(side, list(small)))

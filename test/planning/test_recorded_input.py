@@ -1,5 +1,6 @@
 """What a record would show if an input of the model were recorded beside it."""
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -41,6 +42,16 @@ def test_one_torque_of_the_spacecraft_says_little_of_gains_and_slosh():
     times = {v.effect.name: v.detection / v.without for v in found}
     assert all(0.95 < times[n] < 1.3 for n in (
         'sensor_gain', 'sensor_crosstalk', 'attitude_controller', 'fuel_slosh'))
+    # a record that is known better shows no less, of large effects and of small ones
+    assert min(t for t in times.values() if np.isfinite(t)) > 0.98
+
+
+def test_of_a_declared_gain_its_square_does_not_count():
+    """One torque moves four channels alike, so that 0.6 % of one is large by its square alone."""
+    model = load_spacecraft(Path(__file__).resolve().parents[2] / 'examples/torque.yaml')
+    found = {v.effect.name: v for v in identifiability(model, 240.0)}
+    assert found['sensor_gain'].exact > 30 > 10 * found['sensor_gain'].detection
+    assert found['sensor_crosstalk'].detection < 20
 
 
 def test_the_table_says_by_how_much(tmp_path, capsys):
