@@ -85,11 +85,13 @@ def identifiability(spacecraft, duration_s, settings=DiagnosisSettings(), progre
     names = np.array([e.name for e in templates.effects])
     found = {}
     for (name, *_), members in groups.items():
-        best = max(members, key=lambda i: detection[i])
+        # derivatives by a size and by its opposite differ by rounding alone
+        best = max(members, key=lambda i: (float(f'{detection[i]:.5g}'), exact[i]))
         # an effect is as much alike as its most alike starting value
         likeness = np.abs(cosine[members]).max(axis=0)
-        near = {str(n): float(likeness[names == n].max()) for n in set(names) if n != name}
-        closest = sorted(near.items(), key=lambda pair: -pair[1])[:3]
+        near = {str(n): float(likeness[names == n].max()) for n in dict.fromkeys(names)
+                if n != name}
+        closest = sorted(near.items(), key=lambda pair: -round(pair[1], 3))[:3]
         tied = [n for n, c in closest if c > settings.tie_cosine]
         effect = templates.effects[best]
         found.setdefault(name, []).append(Visible(
