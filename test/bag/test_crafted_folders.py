@@ -1,5 +1,6 @@
 """metadata.yaml, SQLite files, definitions of types and special files that somebody was sent."""
 import os
+import sqlite3
 
 from crafted import ACCEL, attempt, chunk_of, Crafted, messages, sqlite_bag, START
 import numpy as np
@@ -136,7 +137,9 @@ SCRIPTS = {
     'null data': (('update messages set data=null where id=7',), 2),
     'text data': (("update messages set data='words' where id=7",), 2),
     'short data': (("update messages set data=x'00' where id=7",), 2),
-    'huge data': (('update messages set data=zeroblob(90000000) where id=7',), 2),
+    # before Python 3.11 SQLite has no limit that can be set, and the memory suffices
+    'huge data': (('update messages set data=zeroblob(90000000) where id=7',),
+                  2 if hasattr(sqlite3.Connection, 'setlimit') else 0),
     'no topics': (('drop table topics',), 2),
     'a virtual table': (('drop table messages', 'create virtual table messages using '
                          'fts5(topic_id, timestamp, data)'), 2),

@@ -178,7 +178,8 @@ def posterior(ranked, null, residual, anomaly, effects, settings):
     against the best candidate follow from the p-value of what that leaves, `residual`, and against
     none from that of anomalies. `effects` is the number of effects that were considered. No
     likelihood is certain to be right: in a share of all records the prior holds, eq. (113d); and
-    a share of known effects leaves as much as what is unknown, eq. (113f).
+    a share of known effects leaves as much as what is unknown, which a second effect may take
+    up, eq. (113f).
     """
     logs = np.append(_beside_the_best(ranked, settings, effects),
                      null.log_evidence + np.log(settings.prior_none))
@@ -186,12 +187,16 @@ def posterior(ranked, null, residual, anomaly, effects, settings):
     a = LIMITS['alternative_exponent'].value
     rest, rare = (np.log(a) + (a - 1) * np.log(max(p, 1e-300)) for p in (residual, anomaly))
     logs = (logs - logs.max()) / settings.temperature
-    unknown = np.log(settings.prior_unknown)
-    logs = np.append(logs, max(unknown - np.log(settings.prior_single) + rest,
+    unknown, alike = np.log(settings.prior_unknown), settings.prior_single
+    leaving = np.log(LIMITS['missed_share'].value * settings.prior_single)
+    if ranked and len(ranked[best := int(np.argmax(logs[:-1]))].names) > 1:
+        alike = settings.prior_pair
+        for i in np.flatnonzero([set(r.names) < set(ranked[best].names) for r in ranked])[:1]:
+            logs[i] = np.logaddexp(logs[i], leaving - np.log(alike) + logs[best])
+    logs = np.append(logs, max(unknown - np.log(alike) + rest,
                                unknown - np.log(settings.prior_none) + rare + logs[-1]))
     if ranked:
-        missed = np.log(LIMITS['missed_share'].value * settings.prior_single
-                        / settings.prior_unknown) + logs[-1] - logsumexp(logs[:-2])
+        missed = leaving - unknown + logs[-1] - logsumexp(logs[:-2])
         logs[:-2] += np.logaddexp(0.0, missed)
     weights = np.exp(logs - logs.max())
     # one more effect is as probable beside two as beside one

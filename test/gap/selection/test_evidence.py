@@ -109,7 +109,25 @@ def test_a_second_effect_is_weighed_by_what_it_adds():
         (5000.0, ('one',)), (5150.0, ('one', 'two')), (5100.0, ('one', 'three')))]
     shares, *_ = posterior(found, Ranked(SimpleNamespace(log_likelihood=0.0)), 1.0, 1.0, 30,
                            DiagnosisSettings())
-    assert shares[1] > 0.8 and shares[2] < 0.01
+    assert shares[1] > 0.6 and shares[2] < 0.01
+
+
+@pytest.mark.parametrize('p_value, least, most', [(0.9, 0.6, 0.75), (0.1, 0.3, 0.5),
+                                                  (0.01, 0.1, 0.25)])
+def test_two_effects_are_as_rare_as_something_unknown(p_value, least, most):
+    """The priors are 0.12 and 0.13; one effect of the two may have left what the other takes."""
+    settings = DiagnosisSettings()
+
+    def answer(names):
+        found = [Ranked(SimpleNamespace(log_likelihood=200.0, candidate=SimpleNamespace(
+            names=names)), explained=200.0), Ranked(SimpleNamespace(
+                log_likelihood=20.0, candidate=SimpleNamespace(names=('one',))), explained=20.0)]
+        null = Ranked(SimpleNamespace(log_likelihood=0.0))
+        return posterior(found, null, p_value, 1.0, 30, settings)
+    (pair, one), _, unknown = answer(('one', 'two'))
+    assert least < pair < most and 0.1 < one / pair < 0.15
+    (alone, _), _, other = answer(('three',))
+    assert unknown / pair > 1.3 * other / alone
 
 
 @pytest.mark.parametrize('fitted, true_share', [(1.0, 1.0), (0.5, None)])
