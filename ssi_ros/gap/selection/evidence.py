@@ -187,13 +187,14 @@ def posterior(ranked, null, residual, anomaly, effects, settings):
     a = LIMITS['alternative_exponent'].value
     rest, rare = (np.log(a) + (a - 1) * np.log(max(p, 1e-300)) for p in (residual, anomaly))
     logs = (logs - logs.max()) / settings.temperature
-    unknown, alike = np.log(settings.prior_unknown), settings.prior_single
-    leaving = np.log(LIMITS['missed_share'].value * settings.prior_single)
-    if ranked and len(ranked[best := int(np.argmax(logs[:-1]))].names) > 1:
-        alike = settings.prior_pair
-        for i in np.flatnonzero([set(r.names) < set(ranked[best].names) for r in ranked])[:1]:
-            logs[i] = np.logaddexp(logs[i], leaving - np.log(alike) + logs[best])
-    logs = np.append(logs, max(unknown - np.log(alike) + rest,
+    unknown, of_best = np.log(settings.prior_unknown), np.log(settings.prior_single)
+    leaving = np.log(LIMITS['missed_share'].value) + of_best
+    if ranked and len((best := ranked[np.argmax(logs[:-1])]).names) > 1:
+        of_best = np.log(settings.prior_pair)
+        # the best of its two effects, whose law may leave what the other one takes up
+        for i in np.flatnonzero([set(r.names) < set(best.names) for r in ranked])[:1]:
+            logs[i] = np.logaddexp(logs[i], leaving - of_best + logs[:-1].max())
+    logs = np.append(logs, max(unknown - of_best + rest,
                                unknown - np.log(settings.prior_none) + rare + logs[-1]))
     if ranked:
         missed = leaving - unknown + logs[-1] - logsumexp(logs[:-2])
