@@ -69,19 +69,24 @@ def run_many(args):
 
 
 def find_bags(folder, answers):
-    """Return the folders below that hold a bag, by their name relative to it, in order."""
+    """Return folders below that hold a bag, links followed, by their relative names, in order."""
     if not folder.is_dir():
         raise ValueError(f'{folder} is not a folder; give the one that holds the bags')
-    found = {}
-    for path in sorted(folder.rglob('*')):
-        if path.suffix in ('.mcap', '.db3') or path.name == 'metadata.yaml':
-            bag = path.parent
-            if bag != folder and answers not in path.parents:
-                found[bag.relative_to(folder).as_posix()] = bag
+    found, seen = {}, set()
+    for here, below, files in os.walk(folder, followlinks=True):
+        bag, real = Path(here), os.path.realpath(here)
+        if real in seen or answers in (bag, *bag.parents):
+            below.clear()           # a link that leads back up would be followed for ever
+            continue
+        seen.add(real)
+        below.sort()
+        if bag != folder and any(f == 'metadata.yaml' or f.endswith(('.mcap', '.db3'))
+                                 for f in files):
+            found[bag.relative_to(folder).as_posix()] = bag
     if not found:
         raise ValueError(f'{folder} holds no bags; a bag is a folder in it with metadata.yaml or '
                          '.mcap files')
-    return found
+    return dict(sorted(found.items()))
 
 
 def job_of(args):

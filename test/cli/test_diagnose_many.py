@@ -122,6 +122,17 @@ def test_given_scheduler(bags, tmp_path):
             process.wait(timeout=30)
 
 
+def test_links_to_bags_are_followed(bags, tmp_path):
+    """A pass may be a link to another disk; one that leads back up ends nowhere."""
+    (tmp_path / 'deep').mkdir()
+    for k in (1, 0):
+        (tmp_path / 'deep' / f'pass_{k}').symlink_to(bags / f'bag_{k}')
+    (tmp_path / 'deep' / 'back').symlink_to(tmp_path)
+    (tmp_path / 'answers').symlink_to(bags)
+    found = _many.find_bags(tmp_path, tmp_path / 'answers')
+    assert list(found) == ['deep/pass_0', 'deep/pass_1']
+
+
 def test_a_file_is_whole_or_not_there(tmp_path, monkeypatch):
     """A fault while writing leaves the old file; the draft has another name."""
     path = tmp_path / 'a.json'
