@@ -200,8 +200,8 @@ def posterior(ranked, null, residual, anomaly, effects, settings):
         missed = leaving - unknown + logs[-1] - logsumexp(logs[:-2])
         logs[:-2] += np.logaddexp(0.0, missed)
     weights = np.exp(logs - logs.max())
-    # one more effect is as probable beside two as beside one
-    hidden = settings.prior_pair / settings.prior_single * LIMITS['undetected_share'].value
+    # each of n effects is in n - 1 of n (n - 1) / 2 pairs; one more is as probable beside two
+    hidden = 2 * settings.prior_pair / settings.prior_single * LIMITS['undetected_share'].value
     weights[-1] += hidden * weights[:-2].sum()
     before = np.append([np.exp(log_prior(r.names, settings, effects)) for r in ranked],
                        [settings.prior_none, settings.prior_unknown])
