@@ -47,7 +47,7 @@ def restated(answer):
 
 
 def answers_of(name):
-    """Return [effects named, stated, right, stated anew, right anew] of every answer."""
+    """Return [effects named, stated, right, stated anew, right anew, now unknown] of each."""
     failures = {f['name']: f for f in json.loads(
         (FOLDER / f'{name}_scores.json').read_text())['failures']}
     rows = []
@@ -57,7 +57,7 @@ def answers_of(name):
             count, anew, unknown = restated(answer)
             outside = failures.get(case, {}).get('kind') == 'outside'
             rows.append([count, answer['verdict']['probability'], right, anew,
-                         outside if count and unknown else right])
+                         outside if count and unknown else right, count and unknown])
     return np.array(rows, float)
 
 
@@ -73,9 +73,10 @@ def main():
     parser.add_argument('campaigns', nargs='+')
     tables = {name: answers_of(name) for name in parser.parse_args().campaigns}
     for name, rows in tables.items():
-        count, stated, right, anew, right_anew = rows.T
+        _, stated, right, anew, right_anew, unknown = rows.T
         print(f'{name}: {len(rows)} answers, calibration error {error(stated, right):.3f}, stated '
-              f'anew {error(anew, right_anew):.3f}; {np.sum(right != right_anew):.0f} judged anew')
+              f'anew {error(anew, right_anew):.3f}; UNEXPLAINED now {unknown.sum():.0f}, '
+              f'right before {unknown @ right:.0f}, of no library {unknown @ right_anew:.0f}')
     both = np.concatenate(list(tables.values()))
     for count in (1, 2):
         rows = both[both[:, 0] == count]
