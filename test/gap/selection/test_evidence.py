@@ -130,6 +130,20 @@ def test_two_effects_are_as_rare_as_something_unknown(p_value, least, most):
     assert unknown / pair > 1.3 * other / alone
 
 
+def test_a_hidden_second_effect_has_the_odds_of_the_priors():
+    """Draw singles and pairs of which half of the effects stay undetected, and count, (113b)."""
+    rng, settings, draws = np.random.default_rng(5), DiagnosisSettings(), 200_000
+    both = rng.random(draws) < settings.prior_pair / (settings.prior_pair + settings.prior_single)
+    seen = rng.random((draws, 2)) < 0.5
+    one = np.where(both, seen.sum(axis=1) == 1, seen[:, 0])
+    hidden = np.count_nonzero(one & both) / np.count_nonzero(one & ~both)
+    fit = SimpleNamespace(log_likelihood=200.0, candidate=SimpleNamespace(names=('one',)))
+    (named,), _, unknown = posterior([Ranked(fit, explained=200.0)], Ranked(
+        SimpleNamespace(log_likelihood=0.0)), 1.0, 1.0, 30, settings)
+    nothing = 0.15 * settings.prior_unknown / settings.prior_single     # of p = 1, (113)
+    assert unknown / named == pytest.approx(hidden + nothing, abs=0.02)
+
+
 @pytest.mark.parametrize('fitted, true_share', [(1.0, 1.0), (0.5, None)])
 def test_the_interval_of_the_closed_share_covers_it(fitted, true_share):
     """A gap in few of many bands, as a line makes it, is no reason for a wide interval, (113)."""
