@@ -97,7 +97,7 @@ def test_an_effect_that_is_not_in_the_list_is_not_blamed_on_another(spacecraft):
     assert found.outcome == 'UNEXPLAINED'
     assert 'the nearest effect, ' in found.reason
     unknown = [c for c in found.candidates if c.effects == ('unknown',)][0]
-    assert unknown.probability > 0.9
+    assert unknown.probability > 0.88      # (113f)
 
 
 def test_present_effect_closes_the_loop(spacecraft):
