@@ -237,7 +237,7 @@ def text(found):
         lines += _where_lines(found['where'])
     for c in found['candidates'][:3] if quiet else found['candidates']:
         if c['effects'] != ['none'] or c['probability'] >= 0.005:
-            lines += _candidate_lines(c)
+            lines += _candidate_lines(c, found['verdict'].get('hidden', 0.0))
     if found['separate_by']:
         lines.append('what would distinguish them: ' + '; '.join(found['separate_by']))
     return '\n'.join(lines)
@@ -257,7 +257,7 @@ def _where_lines(where):
     return lines + ([f'site: {sites}'] if sites else [])
 
 
-def _candidate_lines(candidate):
+def _candidate_lines(candidate, hidden):
     """Return a candidate's probability, what it removes of the gap, and its quantities."""
     from ssi_ros.gap.diagnosis import probability_text
     from ssi_ros.report.wording import compact, interval, quantities, removed
@@ -267,6 +267,8 @@ def _candidate_lines(candidate):
     lines = [f'  {" + ".join(candidate["effects"])}: probability '
              f'{probability_text(candidate["probability"])}'
              + (f', {share}, 90 % interval {interval(candidate)}' if share else '')]
+    if candidate['effects'] == ['unknown'] and hidden >= 0.005:
+        lines[0] += f', {probability_text(hidden)} of it for one more effect, too small to be seen'
     for effect in dict.fromkeys(candidate['effects']) if known else ():
         places, numbers = quantities(candidate, effect)
         said = places + [f'{name} {size}' for name, size in compact(numbers)]

@@ -47,6 +47,8 @@ class Diagnosis:
 
     `signs` are detections in sentences; `controls` say what no effect and one drawn at random
     remove, which shows what a reduction is worth; `missing` is of the record as it was given.
+    `verdict` has the effects named, those that tie with them, their probability, and where there
+    is a gap that of one more effect too small to be seen, `hidden`, a part of `unknown`.
     """
 
     outcome: str

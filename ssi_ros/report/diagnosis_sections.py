@@ -15,7 +15,7 @@ OUTCOMES = {
     'UNEXPLAINED': 'There is a gap that no effect of the library explains',
     'TOO_LITTLE_DATA': 'The record cannot answer'}
 OPEN = ('unknown', 'none')
-MEANING = {'unknown': 'something that is not in the library',
+MEANING = {'unknown': 'what is not in the library, or one more effect, too small to be seen',
            'none': 'no effect at all: the gap is chance'}
 SHOWN = 0.005           # probability from which a candidate is named beside the first
 MOST = 12               # numbers of an effect that have a row each

@@ -9,7 +9,8 @@ from ssi_ros.effects.likeness import OWN_ERROR, separate_by
 from ssi_ros.gap.comparison import Comparison, Location, Residual
 from ssi_ros.gap.diagnosis import Diagnosis, Explanation, p_value_text
 from ssi_ros.gap.selection.cross_validation import reduction
-from ssi_ros.gap.selection.evidence import beside_law, posterior, Ranked, undetected
+from ssi_ros.gap.selection.evidence import (
+    beside_law, hidden_odds, posterior, Ranked, undetected)
 from ssi_ros.gap.selection.thresholds import SELECTION as LIMITS
 from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.open_set.families import FAMILIES
@@ -114,6 +115,7 @@ def conclude(case):
     if outcome == 'UNEXPLAINED':
         # that it is none of these, not the nearest of them
         verdict = {**NO_VERDICT, 'probability': unknown}
+    verdict['hidden'] = float(hidden_odds(case.settings) * shares.sum())
     others = tuple(_pseudo(name, share, case.null.value, (0.0,) * 3, False)
                    for name, share in (('unknown', unknown), ('none', none)))
     where = replace(case.location, site=_sites(case.found.score_test, ranked, shares),

@@ -200,14 +200,18 @@ def posterior(ranked, null, residual, anomaly, effects, settings):
         missed = leaving - unknown + logs[-1] - logsumexp(logs[:-2])
         logs[:-2] += np.logaddexp(0.0, missed)
     weights = np.exp(logs - logs.max())
-    # each of n effects is in n - 1 of n (n - 1) / 2 pairs; one more is as probable beside two
-    hidden = 2 * settings.prior_pair / settings.prior_single * LIMITS['undetected_share'].value
-    weights[-1] += hidden * weights[:-2].sum()
+    weights[-1] += hidden_odds(settings) * weights[:-2].sum()
     before = np.append([np.exp(log_prior(r.names, settings, effects)) for r in ranked],
                        [settings.prior_none, settings.prior_unknown])
     doubt = LIMITS['doubt'].value
     shares = (1 - doubt) * weights / weights.sum() + doubt * before / before.sum()
     return shares[:-2], float(shares[-2]), float(shares[-1])
+
+
+def hidden_odds(settings):
+    """Return the odds of one more effect, too small to be seen, beside those named, (113b)."""
+    # each of n effects is in n - 1 of n (n - 1) / 2 pairs; one more is as probable beside two
+    return 2 * settings.prior_pair / settings.prior_single * LIMITS['undetected_share'].value
 
 
 def _beside_the_best(ranked, settings, effects):
