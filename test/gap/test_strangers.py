@@ -1,5 +1,6 @@
 """Known shapes of gaps that are not in the library, (105a) to (105c)."""
 from dataclasses import replace
+from types import SimpleNamespace
 
 from gap_records import evidence_of, record
 import numpy as np
@@ -10,9 +11,9 @@ from ssi_ros.effects.edits import add_part
 from ssi_ros.gap.driver import diagnose
 from ssi_ros.gap.inference.model_fit import fit
 from ssi_ros.gap.inference.unmodelled.scores import score_changes
-from ssi_ros.gap.inference.unmodelled.templates import make_change_templates
+from ssi_ros.gap.inference.unmodelled.templates import _drifts, make_change_templates
 from ssi_ros.gap.settings import DiagnosisSettings
-from ssi_ros.model import load_spacecraft
+from ssi_ros.model import assemble, load_spacecraft
 from ssi_ros.model.excitation import Coloured, White
 from ssi_ros.model.uncertainty import EXACT
 from ssi_ros.updating.model_uncertainty import no_uncertainty
@@ -118,3 +119,18 @@ def test_a_level_that_swings_is_no_wandering_gain():
     assert found.outcome == 'EXPLAINED'
     assert found.verdict['effects'] == ('nonstationary_excitation',)
     assert not any('a drift of' in s for s in found.signs)
+
+
+def test_modes_that_carry_all_mass_of_an_array_may_still_drift():
+    """A calibration may end where 1 % more coupling with the hub has no mass matrix."""
+    model, system = load_spacecraft(), assemble(load_spacecraft())
+    own = np.array([d.split('_eta')[0] for d in system.dofs])
+    between = np.not_equal.outer(own, own)
+
+    def coupled(factor):
+        return np.where(between, factor * system.mass, system.mass)
+    most = min(f for f in np.geomspace(1, 100, 2000) if np.linalg.eigvalsh(coupled(f))[0] <= 0)
+    setup = replace(inject(model), system=replace(system, mass=coupled(most / 1.004)))
+    side = SimpleNamespace(setup=lambda candidate: setup, spacecraft=model)
+    texts = [change.text for change, _ in _drifts(side)]
+    assert sum('coupling' in t for t in texts) == 3

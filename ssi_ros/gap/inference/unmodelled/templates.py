@@ -155,8 +155,9 @@ def _drifts(simulator):
                replace(setup, system=scale_stiffness(system, some, DRIFT)))
         rows = np.array([d.split('_eta')[0] in some for d in system.dofs])
         between = np.not_equal.outer(rows, rows)
+        # weaker, not stronger: of modes that carry nearly all of an array's mass none could exist
         yield (UnmodelledChange(f'a drift of the coupling of {text} with the hub'),
-               of_system(mass=np.where(between, DRIFT * system.mass, system.mass)))
+               of_system(mass=np.where(between, system.mass / DRIFT, system.mass)))
     rows = np.array(['_eta' in d or not arrays for d in system.dofs])
     yield (UnmodelledChange('a drift of the damping of all modes'), of_system(
         damping=np.where(np.outer(rows, rows), DRIFT * system.damping, system.damping)))
