@@ -9,15 +9,15 @@ single effect also where two were named (eq. 113b, 113f of docs/theory-gap.md).
 """
 import argparse
 import json
-import lzma
-from pathlib import Path
 
 import numpy as np
 
+from ssi_ros.gap.selection.evidence import hidden_odds
 from ssi_ros.gap.selection.thresholds import SELECTION
 from ssi_ros.gap.settings import DiagnosisSettings
+from validation.blind_reliability import deviation
+from validation.blind_ties import answers_of, FOLDER
 
-FOLDER = Path(__file__).resolve().parents[1] / 'docs/validation/blind'
 NAMED = ('EXPLAINED', 'TIED')
 
 
@@ -34,44 +34,45 @@ def restated(answer):
         return 0, stated, False
     top, prior = answer['candidates'][0], settings.prior_single
     count = len(top['effects']) if answer['outcome'] in NAMED else 0
-    before = settings.prior_pair / prior * limit['undetected_share']
-    unknown = max(unknown - before * known, 0.0)
+    hidden = hidden_odds(settings)
+    unknown = max(unknown - hidden / 2 * known, 0.0)
     if count == 2:
         unknown *= prior / settings.prior_pair
         known += limit['missed_share'] * prior / settings.prior_pair * top['probability']
-    unknown += 2 * before * known
+    unknown += hidden * known
     scale = (1 - limit['doubt']) / (known + none + unknown)
     if not count:
         return 0, scale * unknown, True
     return count, scale * max(stated, unknown), bool(unknown > stated)
 
 
-def answers_of(name):
+def rows_of(name):
     """Return [effects named, stated, right, stated anew, right anew, now unknown] of each."""
     failures = {f['name']: f for f in json.loads(
         (FOLDER / f'{name}_scores.json').read_text())['failures']}
     rows = []
-    for part in sorted(FOLDER.glob(f'{name}_part*.json.xz')):
-        for case, text in json.loads(lzma.open(part).read())['answers'].items():
-            answer, right = json.loads(text), case not in failures
-            count, anew, unknown = restated(answer)
-            outside = failures.get(case, {}).get('kind') == 'outside'
-            rows.append([count, answer['verdict']['probability'], right, anew,
-                         outside if count and unknown else right, count and unknown])
+    for case, text in answers_of(name).items():
+        answer, right = json.loads(text), case not in failures
+        count, anew, unknown = restated(answer)
+        outside = failures.get(case, {}).get('kind') == 'outside'
+        rows.append([count, answer['verdict']['probability'], right, anew,
+                     outside if count and unknown else right, count and unknown])
     return np.array(rows, float)
 
 
 def error(stated, right):
     """Return the calibration error in ten bins."""
     bins = np.minimum((10 * stated).astype(int), 9)
-    return sum(abs(np.sum((stated - right)[bins == i])) for i in range(10)) / len(stated)
+    count = np.maximum(np.bincount(bins), 1)
+    return deviation(np.bincount(bins, stated) / count, np.bincount(bins, right) / count,
+                     np.bincount(bins))
 
 
 def main():
     """Print calibration errors of each campaign, and what is right of single effects and pairs."""
     parser = argparse.ArgumentParser(description=__doc__.strip().splitlines()[0])
     parser.add_argument('campaigns', nargs='+')
-    tables = {name: answers_of(name) for name in parser.parse_args().campaigns}
+    tables = {name: rows_of(name) for name in parser.parse_args().campaigns}
     for name, rows in tables.items():
         _, stated, right, anew, right_anew, unknown = rows.T
         print(f'{name}: {len(rows)} answers, calibration error {error(stated, right):.3f}, stated '

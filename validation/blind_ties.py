@@ -35,12 +35,19 @@ def main():
 
 def singles_of(name):
     """Yield case, label and text of the answer of every single effect of a campaign."""
-    labels, answers = json.loads((FOLDER / f'{name}_labels.json').read_text())['labels'], {}
-    for path in sorted(FOLDER.glob(f'{name}_part*.json.xz')):
-        answers |= json.loads(lzma.open(path).read())['answers']
+    labels, answers = json.loads(
+        (FOLDER / f'{name}_labels.json').read_text())['labels'], answers_of(name)
     for case, value in labels.items():
         if value['label']['kind'] == 'single':
             yield case, value['label'], answers[case]
+
+
+def answers_of(name):
+    """Return the texts of all answers of a campaign by case."""
+    answers = {}
+    for path in sorted(FOLDER.glob(f'{name}_part*.json.xz')):
+        answers |= json.loads(lzma.open(path).read())['answers']
+    return answers
 
 
 def named(effect, answer):
