@@ -211,17 +211,13 @@ class Effect:
         return math.inf
 
     @property
-    def is_linear(self):
-        """Whether small sizes of it change a spectrum in proportion to them."""
-        return self.power == 1.0 and not self.nonlinear
-
-    @property
     def first_order(self):
         """Share of its size at which it changes a spectrum in proportion; 1 if none is small."""
         null = self.size_quantity().default
         starts = {round(abs(v - null), 12) for v in self.starts.get(self.size, ())} - {0.0}
+        linear = self.power == 1.0 and not self.nonlinear
         alike = self.second_degree or len(starts) == 1
-        return SMALL if self.is_linear and alike and math.isfinite(null) else 1.0
+        return SMALL if linear and alike and math.isfinite(null) else 1.0
 
     def kind(self):
         """Return its name and the channels and arrays it is at, whatever its numbers."""

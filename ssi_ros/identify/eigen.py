@@ -25,6 +25,13 @@ def _routine(name, arguments):
     return ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * arguments)(address)
 
 
+def _integers(*values):
+    """Return integers as LAPACK takes them, and the address of each."""
+    held = np.array(values, dtype=np.intc)
+    first = held.ctypes.data
+    return held, range(first, first + held.nbytes, held.itemsize)
+
+
 _dormhr, _dlahqr, _dtrevc = _routine('dormhr', 14), _routine('dlahqr', 14), _routine('dtrevc', 14)
 _dstevd = _routine('dstevd', 11)
 
@@ -55,9 +62,7 @@ def tridiagonal_eigen(diagonal, beside):
     values, rest, vectors = diagonal.copy(), beside.copy(), np.empty((n, n), order='F')
     work = np.empty(1 + 4 * n + n * n)
     integers = np.empty(3 + 5 * n, dtype=np.intc)
-    numbers = np.array([n, len(work), len(integers), 0], dtype=np.intc)
-    size, room, integer_room, fault = (
-        numbers.ctypes.data + k * numbers.itemsize for k in range(len(numbers)))
+    numbers, (size, room, integer_room, fault) = _integers(n, len(work), len(integers), 0)
     _dstevd(b'V', size, values.ctypes.data, rest.ctypes.data, vectors.ctypes.data, size,
             work.ctypes.data, room, integers.ctypes.data, integer_room, fault)
     if numbers[3]:
@@ -92,9 +97,7 @@ def output_eigen(a, c):
     rows = np.array(c * balance, order='F')
     real, imag, vectors = np.empty(n), np.empty(n), np.empty((n, n), order='F')
     work = np.empty(max(3, width, 32) * n)
-    numbers = np.array([n, width, 1, len(work), 0], dtype=np.intc)
-    first = numbers.ctypes.data
-    size, l, one, room, fault = range(first, first + numbers.nbytes, numbers.itemsize)
+    numbers, (size, l, one, room, fault) = _integers(n, width, 1, len(work), 0)
     h_at, rows_at, work_at, out = (x.ctypes.data for x in (h, rows, work, vectors))
     _dormhr(b'R', b'N', l, size, one, size, h_at, size, tau.ctypes.data, rows_at, l, work_at, room,
             fault)
