@@ -44,13 +44,13 @@ def detect_chirp(effect, reconstruction):
         return None
     size = np.sqrt(2 * power)
     amplitude = _amplitude(one, unit, start, (end - start) / duration_s)
-    # the ends of a parabola through phases are four times as uncertain as a slope is
-    std = 4 * np.sqrt(6) / np.pi / duration_s / size
+    stds = _stds_of_ends(weight(start, (end - start) / duration_s)[one.inside], duration_s)
     return Detection.of_effect(
         effect.within(start_hz=start, end_hz=end, torque_n_m=amplitude), p_value,
         f'The input has a chirp from {start:.4g} to {end:.4g} Hz ({size:.1f} standard '
         'deviations).', trials=round(trials),
-        stds={'start_hz': std, 'end_hz': std, 'torque_n_m': amplitude / size})
+        stds={'start_hz': stds[0] / size, 'end_hz': stds[1] / size,
+              'torque_n_m': amplitude / size})
 
 
 @deflection('wheel_speed_sweep')
@@ -100,6 +100,16 @@ def _candidates(unit, rate_hz, band):
 
 def _segments(duration_s):
     return max(SEGMENTS, round(duration_s / SEGMENT_S))
+
+
+def _stds_of_ends(weights, duration_s):
+    """Return the deviations of the first and the last frequency of a chirp of d' = 1, [Hz]."""
+    # of a parabola through phases, which are known where the channels answer to an input
+    t = np.linspace(0, duration_s, len(weights))
+    curved = t ** 2 / (2 * duration_s)
+    phase = np.column_stack([np.ones_like(t), 2 * np.pi * (t - curved), 2 * np.pi * curved])
+    information = (phase * weights[:, None] ** 2).T @ phase / np.sum(weights ** 2)
+    return np.sqrt(np.diag(np.linalg.inv(information)))[1:]
 
 
 def _amplitude(one, unit, start, rate):
