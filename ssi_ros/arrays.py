@@ -1,4 +1,4 @@
-"""Runs, distinct values and columns of arrays; phasors."""
+"""Runs, distinct values and columns of arrays; phasors; moments of a distribution."""
 import numpy as np
 
 
@@ -37,3 +37,10 @@ def phasors(cycles):
     angle = cycles * cycles.dtype.type(2 * np.pi)
     turned.real, turned.imag = np.cos(angle), -np.sin(angle)
     return turned
+
+
+def moments(values, weights):
+    """Return mean and standard deviation of a distribution on an uneven grid."""
+    weights = weights * np.gradient(values)
+    mean = np.sum(weights * values) / np.sum(weights)
+    return float(mean), float(np.sqrt(np.sum(weights * (values - mean) ** 2) / np.sum(weights)))

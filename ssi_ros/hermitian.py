@@ -97,6 +97,30 @@ def _white_vectors(lower, change, out):
                         out[n, k, j, i] = total.real - total.imag
 
 
+def white_excess(lower, vectors):
+    """Return L^-1 y y^H L^-H - 1 of spectra y (n, k, l) as `real_vectors`, (n, k l l)."""
+    out = np.empty((*vectors.shape, vectors.shape[-1]))
+    _white_excess(np.ascontiguousarray(lower), np.ascontiguousarray(vectors), out)
+    return out.reshape(len(out), -1)
+
+
+@njit(cache=True)
+def _white_excess(lower, vectors, out):
+    """Write it: a spectrum is whitened with a sixteenth of the products of its periodogram."""
+    number, bins, count = vectors.shape
+    one = np.empty(count, np.complex128)
+    for n in range(number):
+        for k in range(bins):
+            for i in range(count):
+                one[i] = 0.0
+                for j in range(i + 1):
+                    one[i] += lower[k, i, j] * vectors[n, k, j]
+            for i in range(count):
+                for j in range(count):
+                    product = one[i] * one[j].conjugate()
+                    out[n, k, i, j] = product.real + product.imag - (i == j)
+
+
 @njit(cache=True)
 def applied(matrices, vectors):
     """Return the products of complex matrices (n, l, l) with vectors (n, l), each its own."""

@@ -35,6 +35,11 @@ fisher = SimpleNamespace(sf=lambda x, above, below: fdtrc(above, below, x),
                          isf=lambda p, above, below: fdtri(above, below, 1 - p))
 
 
+def tail_of_highest(power, cells):
+    """Return the chance of so large an exponential variable in so many cells."""
+    return float(-np.expm1(cells * np.log1p(-min(np.exp(-power), 1 - 1e-16))))
+
+
 def tail_of_largest(found, largest, least=0.0):
     """Return the chance of a largest score by draws of it, (n,), of `least` independent scores."""
     share = np.mean(largest >= found)

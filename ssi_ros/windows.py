@@ -1,4 +1,8 @@
-"""The Tukey window, whose home, `scipy.signal`, takes half a second to import."""
+"""
+The Tukey window, and what it makes of segments of a record.
+
+Its home, `scipy.signal`, takes half a second to import.
+"""
 import numpy as np
 
 
@@ -11,3 +15,29 @@ def tukey(rows, share, periodic=False):
     edge = rows - 1 + periodic
     near = np.minimum(np.arange(rows), edge - np.arange(rows)) / edge
     return (1 - np.cos(np.pi * np.minimum(2 * near / share, 1.0))) / 2
+
+
+def unit_taper(rows, share, periodic=False):
+    """Return a Tukey window, without zeros or periodic, of sum of squares 1, shape (rows,)."""
+    taper = tukey(rows, share, periodic) if periodic else tukey(rows + 2, share)[1:-1]
+    return taper / np.sqrt(np.sum(taper ** 2))
+
+
+def autocorrelation(tapers):
+    """Return sum_n w_n w_(n+lag) of tapers (..., rows) at every lag, the mean over them."""
+    rows = tapers.shape[-1]
+    power = np.abs(np.fft.rfft(tapers, 2 * rows, axis=-1)) ** 2
+    return np.fft.irfft(power.reshape(-1, rows + 1).mean(axis=0))[:rows]
+
+
+def variance_inflation(taper, bins):
+    """Return the variance of a mean of bins, correlated by a taper, over independent ones."""
+    steps = np.arange(1, bins)
+    correlation = np.abs(np.fft.fft(taper ** 2)[steps]) ** 2
+    return 1.0 + 2.0 * float(np.sum((1 - steps / bins) * correlation))
+
+
+def tapered_dft(values, taper, begins):
+    """Return the tapered DFT of segments of values (n, l) from rows on, (segments, bins, l)."""
+    segments = values[np.reshape(begins, (-1, 1)) + np.arange(len(taper))]
+    return np.fft.rfft(segments * taper[:, None], axis=1)

@@ -1,6 +1,5 @@
 """A stiffness that drifts, at few instants: the spectra at all others follow by interpolation."""
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
@@ -29,36 +28,21 @@ def drifting(setup, times_s):
     -------
     tuple of Setup, (n,)
         Without drift, at the nodes; n is t where fewer would not do.
-    callable
-        From their spectra, n of shape (1 or t, ...), to those at the times, (t, ...).
+    ndarray, (t, n)
+        Weights of their spectra in those at the times.
 
     """
     changes = setup.drift * np.asarray(times_s) / setup.duration_s
-    nodes, at_times = changes, _own
+    nodes, weights = changes, np.eye(len(changes))
     few = _count(setup.system.state_space.diagonal[0], np.ptp(changes) / 4)
     if few < len(changes):
         from scipy.interpolate import BarycentricInterpolator    # hardly any diagnosis needs it
         middle, half = (changes.max() + changes.min()) / 2, np.ptp(changes) / 2
         nodes = middle + half * np.cos(np.pi * (np.arange(few) + 0.5) / few)
-        at_times = partial(_interpolated, BarycentricInterpolator(nodes, np.eye(few))(changes))
+        weights = BarycentricInterpolator(nodes, np.eye(few))(changes)
     arrays = [a.name for a in setup.spacecraft.arrays]
     return tuple(replace(setup, system=scale_stiffness(setup.system, arrays, 1.0 + change),
-                         drift=0.0) for change in nodes), at_times
-
-
-def _own(spectra):
-    """Return spectra at times, each with its part of that time, (t, ...)."""
-    return np.stack([s[i % len(s)] for i, s in enumerate(spectra)])
-
-
-def _interpolated(weights, spectra):
-    """Return spectra at times by weights (t, n) of those at nodes."""
-    if max(map(len, spectra)) > 1:
-        return np.stack([sum(w * s[i % len(s)] for w, s in zip(row, spectra))
-                         for i, row in enumerate(weights)])
-    flat = np.concatenate(spectra).astype(complex, copy=False)
-    found = weights @ np.ascontiguousarray(flat).reshape(len(flat), -1).view(float)
-    return found.view(complex).reshape(len(weights), *flat.shape[1:])
+                         drift=0.0) for change in nodes), weights
 
 
 def _count(poles, half):

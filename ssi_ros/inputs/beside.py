@@ -9,7 +9,6 @@ from ssi_ros.effects.simulate import simulate_setup
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.inference.whittle import Evidence
 from ssi_ros.gap.spectra.imputation import filled, without_clipped
-from ssi_ros.gap.spectra.segmentation import tapered_dft
 from ssi_ros.inputs.prediction import played, response, ringing
 from ssi_ros.inputs.recorded import RecordedInputs
 from ssi_ros.inputs.thresholds import LIMITS
@@ -17,6 +16,7 @@ from ssi_ros.integrity.fault import Fault
 from ssi_ros.model import assemble
 from ssi_ros.model.excitation import begin_all
 from ssi_ros.records import Samples
+from ssi_ros.windows import tapered_dft
 
 SEED = 1                # of inputs that are still to be recorded
 NEGLIGIBLE = 1e-9       # level of an input of a LinearModel, which needs one above zero

@@ -56,7 +56,7 @@ def _without(expected, names):
     kept = [i for i, n in enumerate(expected.names) if n not in names]
     fixed = expected.fixed + sum(s for n, s in zip(expected.names, expected.shares) if n in names)
     return replace(expected, names=tuple(expected.names[i] for i in kept),
-                   shares=tuple(expected.shares[i] for i in kept), fixed=fixed)
+                   held=tuple(expected.held[i] for i in kept), fixed=fixed)
 
 
 def _padded(share, m):

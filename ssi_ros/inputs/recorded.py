@@ -4,9 +4,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ssi_ros.effects.statistical_linearisation import linearise
-from ssi_ros.gap.spectra.segmentation import tapered_dft, unit_taper
 from ssi_ros.inputs.expected import expected_beside
 from ssi_ros.model.excitation import LEVEL_RATE_HZ, White
+from ssi_ros.windows import tapered_dft, unit_taper
 
 PREFIX = 'recorded '    # of the names of excitations that stand for them
 SILENT = 1e-12          # of its mean power: an input has at least so much in every bin

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from ssi_ros.gap.candidate import Candidate
-from ssi_ros.gap.spectra.segmentation import autocorrelation, unit_taper
+from ssi_ros.windows import autocorrelation, unit_taper
 
 AROUND = 60             # bins of a segment on both sides of a mode that its score is taken of
 LEAKS = 12              # bins that the transform of the taper is followed

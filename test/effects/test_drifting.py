@@ -11,6 +11,7 @@ from ssi_ros.gap.spectra.expected_periodogram import steady
 from ssi_ros.gap.spectra.segmentation import make_frame
 from ssi_ros.hermitian import inverse_root, white_vectors
 from ssi_ros.model import load_spacecraft
+from ssi_ros.varying import each_of, interpolated, Varying
 
 SECONDS = 600.0
 TIMES_S = 60.0 * np.arange(10) + 30.0
@@ -25,9 +26,9 @@ def test_few_nodes_give_the_spectra_of_all_times():
     """A drift of 0.2 %, a fifth of a half-power bandwidth: six nodes or fewer, to 1e-4."""
     setup = drifting_setup(0.002)
     frame = make_frame(60_000, 100.0, DiagnosisSettings())
-    nodes, at_times = drifting(setup, TIMES_S)
+    nodes, weights = drifting(setup, TIMES_S)
     assert 1 < len(nodes) <= 6
-    found = at_times([steady(n, frame, None).at_nominal for n in nodes])
+    found = each_of(interpolated(weights, [steady(n, frame, None).at_nominal for n in nodes]))
     for time_s, spectrum in zip(TIMES_S, found):
         arrays = [a.name for a in setup.spacecraft.arrays]
         there = replace(setup, drift=0.0, system=scale_stiffness(
@@ -39,14 +40,15 @@ def test_few_nodes_give_the_spectra_of_all_times():
 @pytest.mark.parametrize('change', [0.05, -0.2])
 def test_a_large_drift_is_computed_at_every_time(change):
     """Resonances move by many bandwidths: nothing is interpolated."""
-    nodes, at_times = drifting(drifting_setup(change), TIMES_S)
+    nodes, weights = drifting(drifting_setup(change), TIMES_S)
     assert len(nodes) == len(TIMES_S)
-    each = [np.full((1, 2), i, complex) for i in range(len(nodes))]
-    assert np.array_equal(at_times(each)[:, 0].real, np.arange(len(nodes)))
+    assert np.array_equal(weights, np.eye(len(TIMES_S)))
 
 
 def test_parts_of_a_level_that_varies_keep_their_own():
     """Spectra that differ between the parts are interpolated part by part."""
-    nodes, at_times = drifting(drifting_setup(0.002), TIMES_S)
+    nodes, weights = drifting(drifting_setup(0.002), TIMES_S)
     parts = np.arange(len(TIMES_S), dtype=complex)[:, None]
-    assert at_times([parts] * len(nodes)) == pytest.approx(parts)
+    assert interpolated(weights, [parts] * len(nodes)) == pytest.approx(parts)
+    varying = Varying(np.array([[1j], [2.0]]), np.stack([parts[:, 0].real, 1 + 0 * TIMES_S], 1))
+    assert interpolated(weights, [varying] * len(nodes)).each == pytest.approx(varying.each)

@@ -3,11 +3,12 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 from ssi_ros.gap.inference.score_test import Directions, Templates
-from ssi_ros.gap.spectra.segmentation import Frame, unit_taper
+from ssi_ros.gap.spectra.segmentation import Frame
 from ssi_ros.open_set.outliers import _cumulants
 from ssi_ros.updating.merged_bins import white_changes
 from ssi_ros.updating.model_uncertainty import no_uncertainty
 from ssi_ros.updating.score_variance import as_gaussian
+from ssi_ros.windows import unit_taper
 
 ROWS, DRAWS = 6000, 2000
 

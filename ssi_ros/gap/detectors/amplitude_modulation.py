@@ -7,8 +7,8 @@ from scipy.optimize import minimize_scalar
 
 from ssi_ros.effects.registry import deflection, detects
 from ssi_ros.gap.comparison import Detection
-from ssi_ros.gap.detectors.input_reconstruction import chance
 from ssi_ros.gap.detectors.thresholds import LIMITS
+from ssi_ros.tails import tail_of_highest
 
 MAGNITUDE = 4.5         # medians of the magnitude (3 sd) at which a sample is cut for the level
 BLOCKS_HZ = 8.0         # means over an eighth of a second are enough
@@ -64,7 +64,7 @@ def strongest_modulation(reconstruction):
     gains /= _by_chance(coarse, at, spread, frequencies[np.argmax(gains)])(frequencies)
     best = int(np.argmax(gains))
     cells = 4 * fastest_hz * count / rate_hz
-    p_value = chance(gains[best], cells)
+    p_value = tail_of_highest(gains[best], cells)
     if p_value > LIMITS.p_value.value:
         return None
     # a gap has no level of its own

@@ -1,11 +1,11 @@
 """Impulses that are one sample long: of the input, and of single channels, eq. (108)."""
 import numpy as np
 
+from ssi_ros.arrays import moments
 from ssi_ros.bootstrap.impulse_sizes import impulse_sizes, peaks, rms_of
 from ssi_ros.effects.registry import deflection, detects
 from ssi_ros.gap.comparison import Detection
 from ssi_ros.gap.detectors.amplitude_modulation import level_of, strongest_modulation
-from ssi_ros.gap.detectors.input_reconstruction import moments
 from ssi_ros.gap.detectors.thresholds import LIMITS
 from ssi_ros.tails import norm
 

@@ -14,6 +14,7 @@ from ssi_ros.effects.base import lateness
 from ssi_ros.gap.spectra.segmentation import spectra, whole_frame
 from ssi_ros.gap.spectra.thresholds import LIMITS
 from ssi_ros.updating.resonance_doubt import resonance_doubt
+from ssi_ros.varying import total_of
 
 EDGE_S = 1.0            # on which the taper rises and falls at the ends of the record
 MARGIN_S = 6.0          # not used at both ends, where the taper disturbs the memory of filters
@@ -147,8 +148,9 @@ def input_filter(simulator, setup, levels, frame):
     the share of the whitened power that the excitation makes.
     """
     spectrum = simulator.on(frame).spectrum(setup)
-    total = spectrum.at(levels)[0]
-    driven = sum(level * share[0] for level, share in zip(levels, spectrum.shares[:-1]))
+    driven = total_of(level * share[0] for level, share in zip(levels, spectrum.shares[:-1]))
+    total = total_of((driven, levels[-1] * spectrum.shares[-1][0], spectrum.fixed[0]))
+    del spectrum            # of half an hour one part is 20 MB
     if simulator.late:
         late = lateness(simulator.late, frame.cycles).conj()
         total, driven = (s * late[:, :, None] * late[:, None, :].conj() for s in (total, driven))
@@ -160,15 +162,3 @@ def input_filter(simulator, setup, levels, frame):
         row = np.einsum('ki,kij->kj', h.conj(), inverse)
         rows.append((row, np.sqrt(np.einsum('kj,kj->k', row, h).real)))
     return *rows, inverse, float(excited)
-
-
-def chance(power, cells):
-    """Return the chance of so large an exponential variable in so many cells."""
-    return float(-np.expm1(cells * np.log1p(-min(np.exp(-power), 1 - 1e-16))))
-
-
-def moments(values, weights):
-    """Return mean and standard deviation of a distribution on an uneven grid."""
-    weights = weights * np.gradient(values)
-    mean = np.sum(weights * values) / np.sum(weights)
-    return float(mean), float(np.sqrt(np.sum(weights * (values - mean) ** 2) / np.sum(weights)))

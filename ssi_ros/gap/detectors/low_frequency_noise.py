@@ -10,9 +10,9 @@ from functools import lru_cache
 
 import numpy as np
 
+from ssi_ros.arrays import moments
 from ssi_ros.effects.registry import detects
 from ssi_ros.gap.comparison import Detection
-from ssi_ros.gap.detectors.input_reconstruction import moments
 from ssi_ros.gap.detectors.thresholds import LIMITS
 from ssi_ros.gap.spectra.segmentation import spectra, whole_frame
 from ssi_ros.tails import chi2
@@ -20,7 +20,8 @@ from ssi_ros.tails import chi2
 SLOWEST = 2             # lowest bins of the record, not used: its mean disturbs them
 AROUND = 3.0            # bins not used on both sides of a mode that does not settle
 TAPER_SHARE = 0.1       # of the record, at each end
-TIMES, SIZES = 40, 60   # of the grid of time constants and of sizes
+TIMES = 40              # of the grid of time constants
+SIZES = np.geomspace(0.1, 1e6, 60, dtype=np.float32)    # of the grid of sizes
 FASTEST_S = 0.2         # shortest time constant of the grid
 
 
@@ -64,8 +65,10 @@ def _grids(simulator, fitted, samples, settings):
     frame, known, inverse, beside = _noise(simulator, fitted, len(samples.values), settings)
     filtered = np.einsum('kij,kj->ki', inverse, spectra(samples, frame)[0][known])
     for channel, x, (own, powers, *both) in zip(samples.channels, filtered.T, beside):
-        slow, white = (slope @ np.float32(np.abs(x) ** 2 / own) - rest
-                       for slope, rest in both)
+        power = np.float32(np.abs(x) ** 2 / own / frame.inflation)
+        # of all sizes at once the shapes of half an hour would take 70 MB
+        slow, white = (np.array([s * shape / (1 + s * shape) @ power for s in SIZES]) - rest
+                       for shape, rest in both)
         yield slow, white.max(initial=0.0), powers, channel
 
 
@@ -74,8 +77,8 @@ def _noise(simulator, fitted, rows, settings):
     """
     Return frame, bins that are used, inverse spectrum in them, and noise beside every channel.
 
-    That is the inverse power of what the others do not predict, the powers of the sizes, and the
-    log likelihoods of slow and white noise, each linear in the periodogram.
+    That is the inverse power of what the others do not predict, the powers of the sizes, and of
+    slow and white noise the spectrum of the least size and the log likelihood without power.
     """
     rate_hz = simulator.spacecraft.rate_hz
     frame = replace(
@@ -93,14 +96,13 @@ def _noise(simulator, fitted, rows, settings):
     recall = np.exp(-1 / rate_hz / _times(rows / rate_hz))[:, None]
     shape = (1 - recall ** 2) / np.abs(
         1 - recall * np.exp(-2j * np.pi * frame.frequencies_hz[known] / rate_hz)) ** 2
-    sizes, found = np.geomspace(0.1, 1e6, SIZES, dtype=np.float32), []
+    found = []
     for own in np.einsum('kii->ik', inverse).real:
         most = np.max(shape.max(axis=0) * own)      # sizes are over the least that a bin can show
-        both = (sizes[:, None, None] * np.float32(shape * own / most),
-                sizes[:, None] * np.float32(own / np.max(own)))
-        found.append((own, sizes / most, *((
-            x / (1 + x) / np.float32(frame.inflation),
-            np.log1p(x).sum(axis=-1, dtype=float) / frame.inflation) for x in both)))
+        both = np.float32(shape * own / most), np.float32(own / np.max(own))
+        found.append((own, SIZES / most, *((x, np.array([
+            np.log1p(s * x).sum(axis=-1, dtype=float) for s in SIZES]) / frame.inflation)
+            for x in both)))
     return frame, known, inverse, found
 
 

@@ -4,9 +4,8 @@ from scipy.optimize import minimize_scalar
 
 from ssi_ros.effects.registry import deflection, detects
 from ssi_ros.gap.comparison import Detection
-from ssi_ros.gap.detectors.input_reconstruction import chance
 from ssi_ros.gap.detectors.thresholds import LIMITS
-from ssi_ros.tails import gamma
+from ssi_ros.tails import gamma, tail_of_highest
 from ssi_ros.updating.resonance_doubt import discounted
 
 BETWEEN = 1.5           # independent frequencies a bin, where those between two are searched too
@@ -30,7 +29,7 @@ def detect_tone(effect, reconstruction):
                                        one.doubt))
     best = int(np.argmax(rare))
     trials = BETWEEN * len(one.machine)
-    p_value = chance(rare[best], trials)
+    p_value = tail_of_highest(rare[best], trials)
     if p_value > LIMITS.p_value.value:
         return None
     frequency, top = _peak(series[:one.rows], best / 2 + one.first)

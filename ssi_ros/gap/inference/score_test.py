@@ -5,7 +5,7 @@ A template is the change of the expected spectrum by one effect at one place and
 depends on the model alone, so it is computed once; a record whitens it by its levels.
 """
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from ssi_ros.hermitian import inverse_root, white_vectors
 from ssi_ros.tails import tail_of_largest
 from ssi_ros.updating.merged_bins import merged, runs_beside, WhiteChanges
 from ssi_ros.updating.score_variance import as_gaussian
+from ssi_ros.varying import changed, each_of, mean_of, total_of, Varying
 
 DRAWS = 4000
 FAR = 2.0               # standardised scores beyond which their tails count
@@ -67,13 +68,15 @@ def make_templates(simulator, effects, progress=None):
             there = simulator.expected(candidate)
             if there is None:
                 continue
-            change = (there.at_nominal - base) / share
+            change = total_of([there.few_at_nominal, -base])
+            change = changed(change, lambda x: x / share)
             others.keep(effect, change)
-        each = white_vectors(lower, change.astype(np.complex64))
-        mean = each.mean(axis=0)
-        if len(each) > 1:
-            modulation[len(kept)] = each - mean
-        vectors[len(kept)] = mean
+        if not isinstance(change, Varying):
+            change = change.astype(np.complex64)
+        each = changed(change, partial(white_vectors, lower))
+        vectors[len(kept)] = mean = mean_of(each)
+        if isinstance(each, Varying) or len(each) > 1:
+            modulation[len(kept)] = (each_of(each) - mean).astype(np.float32)
         kept.append(effect)
         shifts.append(simulator.shift(candidate) / share)
     white = merged(vectors[:len(kept)], factor)

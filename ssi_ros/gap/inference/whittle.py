@@ -5,7 +5,7 @@ from functools import cached_property
 import numpy as np
 
 from ssi_ros.gap.spectra.segmentation import Frame, periodograms
-from ssi_ros.hermitian import inverse_root, real_vectors, white_vectors
+from ssi_ros.hermitian import inverse_root, white_excess, white_vectors
 from threadpoolctl import ThreadpoolController
 
 BLAS = ThreadpoolController()       # more threads only slow these small matrices down
@@ -56,6 +56,12 @@ class Evidence:
         if len(model) == 1:         # the same for all segments: it needs only their mean
             return self.mean, records * len(self.segments), model
         return self.each, records * self.each_of, model[list(self.parts)]
+
+    @property
+    def powers(self):
+        """Return the power of each of its segments in all bins and channels, (segments,)."""
+        return np.array([np.vdot(y, y).real for y in map(self.spectrum.__getitem__,
+                                                         self.segments)])
 
     @property
     def each_of(self):
@@ -111,7 +117,4 @@ def whiten_each(model, evidence):
     if len(model) > 1 or evidence.others or evidence.each_of > 1:
         return whiten(np.broadcast_to(model, (evidence.frame.parts, *model.shape[1:])),
                       evidence).excess
-    lower = inverse_root(model[0])
-    # a spectrum is whitened with a sixteenth of the products of its periodograms
-    flat = np.einsum('kij,skj->ski', lower, evidence.spectrum[list(evidence.segments)])
-    return real_vectors(periodograms(flat) - np.eye(model.shape[-1]))
+    return white_excess(inverse_root(model[0]), evidence.spectrum[list(evidence.segments)])

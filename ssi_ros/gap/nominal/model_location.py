@@ -13,12 +13,10 @@ def measured(system, model, spectra, bins):
     """Return what a gap to expected periodograms (a, k, l, l) is localised by, a `Measured`."""
     gap, frame, d = measure(model, spectra, bins), spectra.frame, model.shape[-1]
     span_s, wide = frame.span_s, _wide(model, bins)
-    rms = np.sqrt(2 * np.einsum('akii->a', spectra.each).real / frame.rows / d)
+    rms = np.sqrt(2 * spectra.powers / frame.rows / d)
     segments = tuple(
         Segment(begin, begin + span_s, r, measure(model, spectra.only([p]), wide))
-        for p, begin, r in zip(spectra.segments, frame.begins_s.tolist(),
-                               rms[np.searchsorted(spectra.parts, frame.parts_of(
-                                   spectra.segments))]))
+        for p, begin, r in zip(spectra.segments, frame.begins_s.tolist(), rms))
     white, count = whitened_alike(model.mean(axis=0), spectra.mean[0]), len(gap.bands)
     white = white[:count * bins].reshape(count, bins, d, d).mean(axis=1)
     modes = natural_modes(system)

@@ -10,6 +10,7 @@ from ssi_ros.gap.spectra.expected_periodogram import expected
 from ssi_ros.gap.spectra.jitter_noise import jitter_noise_of, scans_of
 from ssi_ros.gap.spectra.segmentation import spectra
 from ssi_ros.model.excitation import source, White
+from ssi_ros.varying import few_of
 
 # What a candidate raises that cannot exist, as a mass off the array does.
 IMPOSSIBLE = (ValueError, np.linalg.LinAlgError, OverflowError)
@@ -115,8 +116,8 @@ class Simulator:
             found = self.spectrum(self.setup(candidate, levels, near))
         except IMPOSSIBLE:
             return None
-        parts = (*found.shares, found.fixed)
-        return found if all(np.all(np.isfinite(p)) for p in parts) else None
+        finite = all(np.all(np.isfinite(few_of(p))) for p in (*found.held, found.fixed))
+        return found if finite else None
 
     def spectrum(self, setup):
         """Return the expected periodograms of a setup."""

@@ -3,8 +3,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from ssi_ros.gap.spectra.segmentation import tapered_dft, unit_taper, variance_inflation
 from ssi_ros.gap.spectra.thresholds import LIMITS
+from ssi_ros.windows import tapered_dft, unit_taper, variance_inflation
 
 SEGMENT_S = 60.0        # longest segment
 FEW_ROWS = 4096         # but at least so many: a recorder's rate goes with its structure

@@ -1,6 +1,7 @@
 """The expected periodogram of a setup, exact with taper and aliases, eq. (94) and (95)."""
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
+from itertools import chain
 
 import numpy as np
 
@@ -12,8 +13,11 @@ from ssi_ros.model.disturbances import Chirp, Nutation, Sine
 from ssi_ros.model.excitation import Coloured, layers, source, White
 from ssi_ros.model.sensors import Noise
 from ssi_ros.model.statespace import stationary_divisor
+from ssi_ros.varying import changed, each_of, interpolated, total_of, Varying
 
 ROUNDING = 1e-6         # by which the poles of a rigid body may leave the unit circle
+LONG = 100_000          # rows, of more of which no spectrum is kept: it is asked for once
+BLOCK = 16_384          # lags that are computed at once
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,18 +25,30 @@ class Expected:
     """Expected periodograms, linear in the levels: S = fixed + sum_c level_c shares_c."""
 
     names: tuple        # of the levels: each random part of the excitation, sensor noise
-    shares: tuple       # (a, k, l, l) of each; a is 1, or all parts where they differ
+    held: tuple         # shares, each a Varying or an array, (1, k, l, l)
     fixed: np.ndarray   # (a, k, l, l), what no level scales: lines, low-frequency noise
     near: tuple = None  # linear equivalents of nonlinear hinges, `Setup.near`
 
+    @property
+    def shares(self):
+        """Return the share of each level, (a, k, l, l); a is 1, or all parts where they differ."""
+        return tuple(each_of(s) for s in self.held)
+
     def at(self, levels):
         """Return S at the levels, shape (a, k, l, l)."""
-        return sum((level * share for level, share in zip(levels, self.shares)), self.fixed)
+        return each_of(total_of(chain([self.fixed], (
+            changed(share, partial(np.multiply, level))
+            for level, share in zip(levels, self.held)))))
 
     @property
     def at_nominal(self):
         """Return S at nominal levels, shape (a, k, l, l)."""
-        return self.at(np.ones(len(self.names)))
+        return each_of(self.few_at_nominal)
+
+    @property
+    def few_at_nominal(self):
+        """Return S at nominal levels, a Varying or (a, k, l, l)."""
+        return total_of([self.fixed, *self.held])
 
 
 def power_of(shares):
@@ -55,10 +71,11 @@ def expected(setup, frame, jitter_noise=None, one=None):
     setup = with_held_inputs(setup) if setup.laws or setup.drift else setup
     if not setup.drift:
         return one(setup, frame, jitter_noise)
-    at, own = drifting(setup, frame.mean_of_parts(frame.begins_s) + frame.span_s / 2)
+    at, weights = drifting(setup, frame.mean_of_parts(frame.begins_s) + frame.span_s / 2)
     each = [one(there, frame, jitter_noise) for there in at]
-    return Expected(each[0].names, tuple(own(s) for s in zip(*(e.shares for e in each))),
-                    own([e.fixed for e in each]))
+    return Expected(each[0].names, tuple(interpolated(weights, s) for s in zip(
+        *(e.held for e in each))), each_of(interpolated(weights, [e.fixed for e in each]))
+        if any(np.any(e.fixed) for e in each) else each[0].fixed)
 
 
 def steady(setup, frame, jitter_noise):
@@ -88,20 +105,22 @@ def steady(setup, frame, jitter_noise):
             share = _line(inner, sampled, system, frame)
         else:
             inputs = inner.covariance(rate_hz, system.inputs)
-            share = colour * _random(level, sampled, inputs, frame)
-        share = sampling(share, inner)
+            share = changed(_random(level, sampled, inputs, frame), partial(np.multiply, colour))
+        # the jitter noise of a record is of all its parts
+        share = changed(each_of(share) if jitter_noise else share, partial(sampling, part=inner))
         if isinstance(inner, White):
             names.append(inner.name)
             shares.append(share)
         elif isinstance(inner, LinearisationResidual):
-            shares[names.index(inner.name)] = shares[names.index(inner.name)] + share
+            shares[names.index(inner.name)] = total_of([shares[names.index(inner.name)], share])
         else:
             fixed = fixed + share
-    fixed = fixed + sampling.at_once(sampling.noise)
+    if np.any(sampling.noise):
+        fixed = fixed + sampling.at_once(sampling.noise)
     white = np.zeros((1, 1, count, count))
     for stage in system.chain:
         gain = stage.response(np.zeros(1), count)[0]
-        shares = [_through(gain, s) for s in shares]
+        shares = [changed(s, partial(_through, gain)) for s in shares]
         white, fixed = _through(gain, white), _through(gain, fixed)
         if isinstance(stage, Noise):
             white = white + stage.noise_covariance(count)
@@ -109,7 +128,7 @@ def steady(setup, frame, jitter_noise):
             fixed = fixed + transform(
                 stage.autocovariance(count, frame.rows, rate_hz), frame.overlap, frame)
     shares.append(np.broadcast_to(white * frame.overlap[0] + 0j, fixed[:1].shape))
-    shares, fixed = [sampling.late(s) for s in shares], sampling.late(fixed)
+    shares, fixed = [changed(s, sampling.late) for s in shares], sampling.late(fixed)
     return Expected(tuple(names) + (Noise.name,), tuple(shares), fixed, setup.near)
 
 
@@ -138,9 +157,10 @@ def _powers(poles, count):
     return found
 
 
-def autocovariance(sampled, inputs, powers, turn=1.0):
+def autocovariance(sampled, inputs, powers, turn=1.0, lags=None):
     """Return E[y(k + lag) y(k)^T] for lag = 0, 1, ..., shape (lags, l, l), eq. (94)."""
-    # With `turn` not 1 the part of it, complex, that goes with turn^k where the inputs do, (95a).
+    # With `turn` not 1 the part of it, complex, that goes with turn^k where the inputs do, (95a);
+    # else of more lags than `powers` has, if asked for.
     live = np.flatnonzero(inputs.any(axis=0))
     pair = sampled.weight > 1
     q = inputs[np.ix_(live, live)]
@@ -157,11 +177,14 @@ def autocovariance(sampled, inputs, powers, turn=1.0):
     if turn == 1.0:
         # poles in pairs: twice the real part of one of them
         residues = sampled.weight[:, None] * residues[:kept]
-        parts = np.stack([residues.real, -residues.imag], axis=1).reshape(2 * kept, -1)
         # one series of lags after the other, as they are transformed
-        out = np.empty((count * count, len(powers) + 1))
-        np.matmul(parts.T, powers.view(float).T, out=out[:, 1:])
+        out = np.empty((count * count, lags or len(powers) + 1))
         out[:, 0] = now.real.ravel()
+        for first in range(1, out.shape[1], len(powers)):
+            there = residues * (poles[:kept] ** (first - 1))[:, None]
+            parts = np.stack([there.real, -there.imag], axis=1).reshape(2 * kept, -1)
+            block = out[:, first:first + len(powers)]
+            np.matmul(parts.T, powers[:block.shape[1]].view(float).T, out=block)
         return out.reshape(count, count, -1).transpose(2, 0, 1)
     later = powers @ residues[:kept] + powers[:, pair].conj() @ residues[kept:]
     return np.concatenate([now[None], later.reshape(-1, count, count)])
@@ -186,7 +209,8 @@ class _Response:
 def _kept(response):
     # faults of sensors and of clocks leave the motion of the structure as it is
     sampled, inputs, frame = response.parts
-    found = transform(autocovariance(sampled, inputs, powers_of(sampled.poles, frame.rows - 1)),
+    powers = powers_of(sampled.poles, min(frame.rows - 1, BLOCK))
+    found = transform(autocovariance(sampled, inputs, powers, lags=frame.rows),
                       frame.overlap, frame)
     found.flags.writeable = False
     return found
@@ -194,12 +218,13 @@ def _kept(response):
 
 def _random(level, sampled, inputs, frame):
     """
-    Return the expected periodograms under random inputs, (1, k, l, l), or (parts, k, l, l).
+    Return the expected periodograms under random inputs, (1, k, l, l), or a Varying.
 
     The square of a modulated level has three parts, of 0, 1 and 2 times its frequency; a slow
     mode follows each with a lag of its own, eq. (95a).
     """
-    steady = _kept(_Response(sampled, inputs, frame))[None]
+    made = _kept if frame.rows <= LONG else _kept.__wrapped__
+    steady = made(_Response(sampled, inputs, frame))[None]
     if level is None:
         return steady
     powers = powers_of(sampled.poles, frame.rows - 1)
@@ -208,31 +233,32 @@ def _random(level, sampled, inputs, frame):
     tapered = np.fft.fft(frame.taper, 2 * frame.rows)
     whole = np.fft.ifft(np.abs(tapered) ** 2).real[:frame.rows]
     thinned = frame.overlap / np.maximum(whole, 1e-12 * whole[0])     # by missing rows
-    total = (1 + level.depth ** 2 / 2) * steady
+    few, weights = [(1 + level.depth ** 2 / 2) * steady[0]], [np.ones(frame.parts)]
     for times, part in ((1, once), (2, once ** 2 / 4)):
         turn = np.exp(1j * times * omega / frame.rate_hz)
         turned = np.fft.fft((frame.taper * turn ** np.arange(frame.rows)).conj(), 2 * frame.rows)
         overlap = np.fft.ifft(turned.conj() * tapered)[:frame.rows] * thinned
         values = 2 * part * overlap[:, None, None] * autocovariance(
             sampled, inputs, powers, turn)
-        phase = frame.mean_of_parts(np.exp(
-            1j * times * omega * frame.begins_s))[:, None, None, None]
-        total = (total + phase.real * transform(values.real, 1.0, frame)
-                 - phase.imag * transform(values.imag, 1.0, frame))
-    return total
+        phase = frame.mean_of_parts(np.exp(1j * times * omega * frame.begins_s))
+        few += [transform(values.real, 1.0, frame), transform(values.imag, 1.0, frame)]
+        weights += [phase.real, -phase.imag]
+    return Varying(np.stack(few), np.stack(weights, axis=1))
 
 
 def transform(autocovariance, overlap, frame):
     """Return the expected periodogram of an autocovariance (n, l, l), (k, l, l), eq. (95)."""
-    values = np.moveaxis(autocovariance * np.reshape(overlap, (-1, 1, 1)), 0, -1)
-    upper = row, column = np.triu_indices(len(values))
-    # what two channels share at negative lags, folded to the end of the segment
-    both = values[upper]
-    both[:, 1:] += values[column, row, :0:-1]
-    half = np.fft.rfft(both)[:, frame.first:frame.last]
-    half[row == column] = half[row == column].real
-    found = np.empty((half.shape[1], *values.shape[:2]), complex)
-    found[:, column, row], found[:, row, column] = half.conj().T, half.T
+    count = autocovariance.shape[1]
+    overlap = np.broadcast_to(overlap, len(autocovariance))
+    found = np.empty((frame.last - frame.first, count, count), complex)
+    for row in range(count):        # one pair after the other stays in the cache
+        for column in range(row, count):
+            both = autocovariance[:, row, column] * overlap
+            # what two channels share at negative lags, folded to the end of the segment
+            both[1:] += (autocovariance[:, column, row] * overlap)[:0:-1]
+            half = np.fft.rfft(both)[frame.first:frame.last]
+            found[:, column, row], found[:, row, column] = half.conj(), half
+        found[:, row, row] = found[:, row, row].real
     return found
 
 

@@ -20,6 +20,7 @@ from ssi_ros.model.excitation import Coloured, source, White
 from ssi_ros.updating.merged_bins import merged, white_changes
 from ssi_ros.updating.model_uncertainty import no_uncertainty
 from ssi_ros.updating.score_variance import energies, score_std
+from ssi_ros.varying import mean_of
 
 CORNERS_HZ = (0.1, 0.5, 2.0)    # of a slow torque
 TORQUE = 0.1            # of the nominal torque, rms
@@ -86,13 +87,13 @@ def _in_runs(templates):
 def _templates_of(simulator, changes):
     """Return the templates of pairs of an UnmodelledChange and the setup that has it."""
     nominal = simulator.expected(Candidate())
-    base, kept, spectra = nominal.at_nominal, [], []
+    base, kept, spectra = mean_of(nominal.few_at_nominal), [], []
     for change, setup in changes:
-        spectrum = (simulator.spectrum(setup).at_nominal - base).mean(axis=0)
+        spectrum = mean_of(simulator.spectrum(setup).few_at_nominal) - base
         if np.any(np.abs(spectrum) > 1e-12 * np.abs(base).max()):
             kept.append(change)
             spectra.append(spectrum.astype(np.complex64))
-    return Templates(tuple(kept), white_changes(np.array(spectra), base.mean(axis=0)), {},
+    return Templates(tuple(kept), white_changes(np.array(spectra), base), {},
                      power_of(nominal.shares[:-1]))
 
 
