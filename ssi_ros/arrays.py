@@ -1,4 +1,4 @@
-"""Runs, distinct values and columns of arrays; phasors; moments of a distribution."""
+"""Runs, distinct values, parts and columns of arrays; phasors; moments of a distribution."""
 import numpy as np
 
 
@@ -23,6 +23,24 @@ def firsts(numbers):
     if (numbers[1:] > numbers[:-1]).all():
         return slice(None)
     return np.unique(numbers, return_index=True)[1]
+
+
+def marked_or_all(marked):
+    """Return a mask (n,) as an index: a slice, which copies nothing, where all is marked."""
+    return slice(None) if marked.all() else marked
+
+
+def joined(pieces):
+    """Return arrays (n,) one after the other; those that lie so in a larger one are not copied."""
+    base, ends = pieces[0].base, [p.ctypes.data + p.nbytes for p in pieces]
+    if len(pieces) == 1:
+        return pieces[0]
+    if base is None or base.ndim != 1 or not all(
+            p.base is base and p.flags.c_contiguous for p in pieces) or any(
+            p.ctypes.data != end for p, end in zip(pieces[1:], ends)):
+        return np.concatenate(pieces)
+    first = (pieces[0].ctypes.data - base.ctypes.data) // base.itemsize
+    return base[first:first + sum(map(len, pieces))]
 
 
 def columns(values, chosen):

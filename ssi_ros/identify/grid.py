@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ssi_ros.arrays import firsts
+from ssi_ros.arrays import firsts, joined, marked_or_all
 from ssi_ros.limits import LIMITS
 
 from .pace import common_rate, fits, LONG, Pace
@@ -127,8 +127,8 @@ class Grid:
         self._count(channel, received=len(stamps_ns),
                     not_finite=int(np.count_nonzero(~np.isfinite(values))),
                     bad_stamps=int(np.count_nonzero((stamps_ns < 0) | (stamps_ns > LATEST_NS))))
-        keep = np.isfinite(values) & (stamps_ns >= 0) & (stamps_ns <= LATEST_NS)
-        keep = slice(None) if keep.all() else keep      # a view: a day of samples is large
+        keep = marked_or_all(    # a view: a day of samples is large
+            np.isfinite(values) & (stamps_ns >= 0) & (stamps_ns <= LATEST_NS))
         self._accept(channel, stamps_ns[keep], values[keep])
 
     def _accept(self, channel, stamps_ns, values):
@@ -349,7 +349,7 @@ class Grid:
             away = since[k] - next((p.phase_ns for p in self._phases if p is not None), 0.0)
             self._phases[c] = Phase(since[k] - np.rint(away / dt) * dt)
         index = self._phases[c].index(since, dt)
-        good = index >= 0                     # before the origin some channel was not there yet
+        good = marked_or_all(index >= 0)      # before the origin some channel was not there yet
         index, values = index[good], values[good]
         if not len(index):
             return
@@ -362,13 +362,13 @@ class Grid:
         self._count(c, out_of_order=int(np.count_nonzero(backward)),
                     duplicates=int(np.count_nonzero(again)),
                     late=int(np.count_nonzero(late & ~again)), gap_s=gap_s)
-        if (~late).any():
-            self._rows.setdefault(c, []).append((index[~late], values[~late]))
+        new = marked_or_all(~late)
+        self._rows.setdefault(c, []).append((index[new], values[new]))
         self._last[c] = max(before, int(index.max()))
 
     def _update_rate(self, c, stamps):
         """Follow the rate at which a channel's stamps come, over its last RATE_SAMPLES."""
-        recent = self._recent[c] = np.concatenate([self._recent[c], stamps])[-RATE_SAMPLES:]
+        recent = self._recent[c] = np.append(self._recent[c], stamps)[-RATE_SAMPLES:].copy()
         if len(recent) > 1 and (step := np.median(np.diff(recent))) > 0:
             self.counts[c] = replace(self.counts[c], rate_hz=float(1e9 / step))
 
@@ -378,7 +378,7 @@ class Grid:
         for c in range(len(self.channels)):
             parts = self._rows.pop(c, [])
             if parts:
-                index, value = (np.concatenate(p) for p in zip(*parts))
+                index, value = map(joined, zip(*parts))
                 later = index >= end
                 if later.any():
                     self._rows[c] = [(index[later], value[later])]

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import solve
 
-from ssi_ros.arrays import runs
+from ssi_ros.arrays import marked_or_all, runs
 
 BLOCK = 256             # ticks over which a phase is taken
 FEW = 16                # stamps that it needs
@@ -39,7 +39,7 @@ def offsets(stamps_ns, rate_hz, start_ns, end_ns):
         Between which stamps are looked at: a strange one may be years away [ns].
 
     """
-    stamps_ns = [s[(s >= start_ns) & (s <= end_ns)] for s in stamps_ns]
+    stamps_ns = [s[marked_or_all((s >= start_ns) & (s <= end_ns))] for s in stamps_ns]
     held = [s for s in stamps_ns if len(s)]
     if not held:
         return [Offset() for _ in stamps_ns]

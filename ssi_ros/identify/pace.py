@@ -9,7 +9,7 @@ import cmath
 from dataclasses import dataclass
 
 import numpy as np
-from ssi_ros.arrays import distinct
+from ssi_ros.arrays import distinct, phasors
 
 SHORT = 64              # stamps that tell a gross difference, 2 % or more
 LONG = 256              # stamps that tell a fine one
@@ -21,6 +21,7 @@ LOST = 1.5e-3           # the same for one that has fitted so far
 ALL = 0.9               # share of blocks at another rate, beyond which it is no change within
 COMBS = (0.25, 2.6)     # rates over that of the grid that are tried
 STEPS = 4096            # of them at most
+MOST = 1 << 18          # stamps that are looked at at once
 
 
 def fits(ticks, drift=DRIFT):
@@ -87,7 +88,8 @@ class _Block:
     """SHORT stamps in ticks; plain where they clearly are on the comb, as nearly always."""
 
     def __init__(self, ticks):
-        self.ticks, self.mean, self.middle = ticks, _mean(ticks), ticks[len(ticks) // 2]
+        # a view would keep a day of stamps
+        self.ticks, self.mean, self.middle = ticks.copy(), _mean(ticks), ticks[len(ticks) // 2]
         self.plain = (abs(self.mean) >= TOGETHER
                       and len(ticks) - 1 <= CROWDED * abs(ticks[-1] - ticks[0]))
 
@@ -103,7 +105,7 @@ class Pace:
         """Return the Verdict on stamps in ticks; those of a channel that is off are not used."""
         use, at, lost_at = np.zeros(len(ticks), dtype=bool), 0, None
         while at < len(ticks) and lost_at is None:      # the rest is judged by another rate
-            plain = self._plain(ticks[at:])
+            plain = self._plain(ticks[at:at + MOST])
             if plain:
                 use[at:at + plain] = True
                 at += plain
@@ -123,7 +125,7 @@ class Pace:
         if self.off or self._size or count < width or not all(b.plain for b in before):
             return 0
         blocks = ticks[:count * SHORT].reshape(count, SHORT)
-        means = np.exp(2j * np.pi * np.mod(blocks, 1.0)).mean(axis=1)
+        means = phasors(np.mod(blocks, 1.0)).mean(axis=1).conj()
         good = (np.abs(means) >= TOGETHER) & (
             SHORT - 1 <= CROWDED * np.abs(blocks[:, -1] - blocks[:, 0]))
         middles = np.append([b.middle for b in before], blocks[:, SHORT // 2])

@@ -2,7 +2,7 @@
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
-from ssi_ros.arrays import distinct
+from ssi_ros.arrays import distinct, joined
 
 NEAR = 0.1                # relative distance of the median step from the period, at most
 COMBS = 8192              # periods that are tried in it
@@ -147,10 +147,10 @@ class Queue:
         self.newest = newest if self.newest is None else max(self.newest, newest)
 
     def stamps(self):
-        return np.concatenate(self._stamps) if self._stamps else np.empty(0, dtype=np.int64)
+        return joined(self._stamps) if self._stamps else np.empty(0, dtype=np.int64)
 
     def take(self):
-        stamps, values = self.stamps(), np.concatenate(self._values)
+        stamps, values = self.stamps(), joined(self._values)
         self._stamps, self._values, self._size = [], [], 0
         return stamps, values
 

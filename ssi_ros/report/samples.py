@@ -57,7 +57,7 @@ def samples_of(recording, rate_hz=0.0, say=None, *, staggered=False):
     if len({r.segment for r in rows}) > 1:
         raise ValueError('the clock of the bag jumps; cut the bag there and give one end')
     found = _offsets(recording, rows, grid.offsets())
-    sampled = np.concatenate([r.values for r in rows])
+    sampled = rows[0].values if len(rows) == 1 else np.concatenate([r.values for r in rows])
     if staggered:
         late = late_by(found, recording.names)
         if any(late) and say is not None:
