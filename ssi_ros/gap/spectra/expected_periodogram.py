@@ -105,7 +105,9 @@ def steady(setup, frame, jitter_noise):
             share = _line(inner, sampled, system, frame)
         else:
             inputs = inner.covariance(rate_hz, system.inputs)
-            share = changed(_random(level, sampled, inputs, frame), partial(np.multiply, colour))
+            share = _random(level, sampled, inputs, frame)
+            if np.ndim(colour):
+                share = changed(share, partial(np.multiply, colour))
         # the jitter noise of a record is of all its parts
         share = changed(each_of(share) if jitter_noise else share, partial(sampling, part=inner))
         if isinstance(inner, White):
