@@ -8,7 +8,7 @@ ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / 'ssi_ros'
 # what every layer may import
 FREE = {'quantity', 'limits', 'array_file', 'arrays', 'fisher_scoring',
-        'hermitian', 'plain_yaml', 'tails', 'varying', 'whole_file', 'windows'}
+        'hermitian', 'plain_yaml', 'tails', 'weighted_sums', 'whole_file', 'windows'}
 MAY_IMPORT = {            # layer: the layers that it may import, besides itself and FREE
     'quantity': set(),
     'limits': set(),
@@ -18,7 +18,7 @@ MAY_IMPORT = {            # layer: the layers that it may import, besides itself
     'fisher_scoring': set(),
     'plain_yaml': set(),
     'tails': set(),
-    'varying': set(),
+    'weighted_sums': set(),
     'whole_file': set(),
     'windows': set(),
     'records': set(),

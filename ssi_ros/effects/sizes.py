@@ -4,6 +4,8 @@ from dataclasses import replace
 import numpy as np
 
 STEPS = 1e-4, 30.0      # smallest and largest factor that a score may put on a starting value
+FACTORS = (0.3, *(2.0 ** k for k in range(14)))     # of starting values, for sizes far away
+LARGE = FACTORS[3:]     # of those that no score promises
 
 
 def at_size(effect, size):
@@ -20,3 +22,24 @@ def at_size(effect, size):
             value = value * share
         values[f.name] = min(max(value, f.metadata['low']), f.metadata['high'])
     return replace(effect, **values)
+
+
+def change_of(effect):
+    """Return how far the size of an effect is from that of none; infinite of a stiffness."""
+    return abs(getattr(effect, effect.size) - effect.size_quantity().default)
+
+
+def brackets(effect, start=None, factors=FACTORS):
+    """Return an effect at sizes over its declared range, near enough that a fit finds any."""
+    # multiples of a starting value, that of its class if none is given
+    f = effect.size_quantity()
+    if not effect.spectral:
+        return []
+    if np.isfinite(f.default):
+        start = start or max((abs(v - f.default) for v in effect.starts[f.name]), default=0.0)
+        signs = (1.0,) if effect.one_sided() else (-1.0, 1.0)
+        values = [f.default + s * start * k for s in signs for k in factors if start]
+    else:       # the less, the more it changes, as a stiffness or a corner
+        values = [getattr(effect, f.name) / k for k in factors]
+    return [replace(effect, **{f.name: v}) for v in values
+            if f.metadata['low'] <= v <= f.metadata['high']]

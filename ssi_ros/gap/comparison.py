@@ -159,6 +159,10 @@ class Comparison(Protocol):
         """Return candidates far from every start, for a residual that no small size explains."""
         return ()
 
+    def anywhere(self, residual: Residual, beside: Fit = None) -> tuple:
+        """Return candidates of any effect and size beside a fit, of a `residual` that is large."""
+        return ()
+
     def corrected(self, ranked: list) -> list:
         """Correct candidates whose expected spectrum is approximate."""
         return ranked

@@ -10,7 +10,8 @@ from dataclasses import replace
 import numpy as np
 
 from ssi_ros.gap.spectra.expected_periodogram import (
-    autocovariance, Expected, powers_of, steady, transform)
+    autocovariance, Expected, steady, transform)
+from ssi_ros.model.statespace import powers_of
 
 
 def expected_beside(setup, frame, recorded):

@@ -4,7 +4,7 @@ State spaces, continuous and sampled, in modal coordinates: eq. (18) to (26) of 
 The diagonal form makes exact discretisation, transfer functions and propagation one line each.
 """
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -219,3 +219,20 @@ def _response(poles, c, b, d, s):
         part = slice(begin, begin + TOGETHER)
         out[part] = (1.0 / (s[part, None] - poles)) @ residues
     return out.reshape(-1, *d.shape) + d
+
+
+def powers_of(poles, count):
+    """Return the powers 0, 1, ... of poles, shape (count, poles), as products of two tables."""
+    return _powers(np.asarray(poles, complex).tobytes(), count)
+
+
+@lru_cache(maxsize=1)
+def _powers(poles, count):
+    # every random input of a system asks for the same
+    poles = np.frombuffer(poles, complex)
+    logs = np.log(np.where(np.abs(poles) < 1e-300, 1e-300, poles))
+    width = int(np.sqrt(count)) + 1
+    fine, coarse = (np.exp(np.arange(width)[:, None] * step * logs) for step in (1, width))
+    found = (coarse[:, None] * fine[None]).reshape(-1, len(poles))[:count]
+    found.flags.writeable = False
+    return found

@@ -11,11 +11,10 @@ import numpy as np
 
 from ssi_ros.effects.base import lateness
 from ssi_ros.gap.candidate import Candidate
-from ssi_ros.gap.spectra.expected_periodogram import powers_of
 from ssi_ros.hermitian import real_vectors, white_vectors
 from ssi_ros.model.disturbances import Chirp, Nutation, Sine
 from ssi_ros.model.excitation import layers, source, Varying, White
-from ssi_ros.model.statespace import settling, stationary_divisor
+from ssi_ros.model.statespace import powers_of, settling, stationary_divisor
 from ssi_ros.model.structure import numbers_with_errors
 from ssi_ros.model.tangent import tangent
 

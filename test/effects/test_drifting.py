@@ -11,7 +11,7 @@ from ssi_ros.gap.spectra.expected_periodogram import steady
 from ssi_ros.gap.spectra.segmentation import make_frame
 from ssi_ros.hermitian import inverse_root, white_vectors
 from ssi_ros.model import load_spacecraft
-from ssi_ros.varying import each_of, interpolated, Varying
+from ssi_ros.weighted_sums import each_of, interpolated, WeightedSum
 
 SECONDS = 600.0
 TIMES_S = 60.0 * np.arange(10) + 30.0
@@ -50,5 +50,6 @@ def test_parts_of_a_level_that_varies_keep_their_own():
     nodes, weights = drifting(drifting_setup(0.002), TIMES_S)
     parts = np.arange(len(TIMES_S), dtype=complex)[:, None]
     assert interpolated(weights, [parts] * len(nodes)) == pytest.approx(parts)
-    varying = Varying(np.array([[1j], [2.0]]), np.stack([parts[:, 0].real, 1 + 0 * TIMES_S], 1))
+    each = np.stack([parts[:, 0].real, np.ones(len(TIMES_S))], axis=1)
+    varying = WeightedSum(np.array([[1j], [2.0]]), each)
     assert interpolated(weights, [varying] * len(nodes)).each == pytest.approx(varying.each)

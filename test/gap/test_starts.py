@@ -7,6 +7,7 @@ from gap_records import record
 import numpy as np
 import pytest
 from ssi_ros.effects import effect_class, inject, parse_effect, places, simulate_setup
+from ssi_ros.effects.equivalent_hinges import beside_linear, extensions
 from ssi_ros.effects.scales import scales_of
 from ssi_ros.effects.second_degree import SecondDegree
 from ssi_ros.gap.candidate import Candidate
@@ -14,7 +15,7 @@ from ssi_ros.gap.driver import diagnose
 from ssi_ros.gap.inference.model_fit import fit
 from ssi_ros.gap.inference.score_test import make_templates, promise, score
 from ssi_ros.gap.nominal.starting_points import (
-    at_size, beside_linear, extensions, in_other_basins, likely, promising, starting_points)
+    at_size, in_other_basins, likely, promising, starting_points)
 from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.model import load_spacecraft
 from ssi_ros.model.uncertainty import EXACT

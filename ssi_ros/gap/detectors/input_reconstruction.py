@@ -14,7 +14,7 @@ from ssi_ros.effects.base import lateness
 from ssi_ros.gap.spectra.segmentation import spectra, whole_frame
 from ssi_ros.gap.spectra.thresholds import LIMITS
 from ssi_ros.updating.resonance_doubt import resonance_doubt
-from ssi_ros.varying import total_of
+from ssi_ros.weighted_sums import total_of
 
 EDGE_S = 1.0            # on which the taper rises and falls at the ends of the record
 MARGIN_S = 6.0          # not used at both ends, where the taper disturbs the memory of filters

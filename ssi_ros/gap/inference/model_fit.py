@@ -63,10 +63,10 @@ def fit(simulator, evidence, candidate=Candidate(), levels=None, steps=STEPS, un
     return found
 
 
-def best_starts(side, evidence, effects, levels):
-    """Return the candidates of single effects, a little fitted, the most likely first."""
-    fits = (fit(side.simulator, evidence, Candidate((e,)), levels, SCAN_STEPS,
-                side.uncertainty) for e in effects)
+def best_starts(side, evidence, candidates, levels):
+    """Return the candidates, a little fitted, the most likely first."""
+    fits = (fit(side.simulator, evidence, c, levels, SCAN_STEPS, side.uncertainty)
+            for c in candidates)
     return [f.candidate for f in sorted((f for f in fits if f is not None),
                                         key=lambda f: -f.likelihood)]
 

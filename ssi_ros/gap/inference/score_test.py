@@ -20,7 +20,7 @@ from ssi_ros.hermitian import inverse_root, white_vectors
 from ssi_ros.tails import tail_of_largest
 from ssi_ros.updating.merged_bins import merged, runs_beside, WhiteChanges
 from ssi_ros.updating.score_variance import as_gaussian
-from ssi_ros.varying import changed, each_of, mean_of, total_of, Varying
+from ssi_ros.weighted_sums import changed, each_of, mean_of, total_of, WeightedSum
 
 DRAWS = 4000
 FAR = 2.0               # standardised scores beyond which their tails count
@@ -71,11 +71,11 @@ def make_templates(simulator, effects, progress=None):
             change = total_of([there.few_at_nominal, -base])
             change = changed(change, lambda x: x / share)
             others.keep(effect, change)
-        if not isinstance(change, Varying):
+        if not isinstance(change, WeightedSum):
             change = change.astype(np.complex64)
         each = changed(change, partial(white_vectors, lower))
         vectors[len(kept)] = mean = mean_of(each)
-        if isinstance(each, Varying) or len(each) > 1:
+        if isinstance(each, WeightedSum) or len(each) > 1:
             modulation[len(kept)] = (each_of(each) - mean).astype(np.float32)
         kept.append(effect)
         shifts.append(simulator.shift(candidate) / share)

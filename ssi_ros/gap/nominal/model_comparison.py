@@ -10,21 +10,22 @@ from ssi_ros.bootstrap.indirect_inference import indirect_estimate
 from ssi_ros.bootstrap.parametric_bootstrap import bootstrap_floor, BootstrapTests, HALF_STEPS
 from ssi_ros.bootstrap.score_scatter import scatter_of
 from ssi_ros.effects import places
-from ssi_ros.effects.equivalent_hinges import equivalent_hinges
+from ssi_ros.effects.equivalent_hinges import beside_linear, equivalent_hinges, extensions
 from ssi_ros.events.blocks import explained_below_band, search
 from ssi_ros.gap.cache import effect_templates, unmodelled_templates
 from ssi_ros.gap.candidate import Candidate, priors_of
 from ssi_ros.gap.comparison import Comparison
 from ssi_ros.gap.detectors import tests_of
 from ssi_ros.gap.inference.goodness_of_fit import measure
-from ssi_ros.gap.inference.model_fit import best_starts, fit, fit_again, STEPS
+from ssi_ros.gap.inference.model_fit import fit, fit_again, STEPS
 from ssi_ros.gap.inference.score_test import directions, score
 from ssi_ros.gap.inference.unmodelled.scores import detect_change, score_changes
 from ssi_ros.gap.nominal import (
     model_answer as answer, model_location as location, starting_points as starts)
+from ssi_ros.gap.nominal.distant import a_little_fitted, anywhere, distant
 from ssi_ros.gap.selection.evidence import log_prior_ratio
 from ssi_ros.gap.selection.localisation import locate
-from ssi_ros.gap.selection.search import PAIRS_TO_FIT, RIVALS
+from ssi_ros.gap.selection.search import PAIRS_TO_FIT
 from ssi_ros.gap.selection.thresholds import SELECTION as LIMITS
 from ssi_ros.gap.spectra.imputation import filled
 from ssi_ros.inputs.beside import remainder
@@ -35,7 +36,6 @@ from ssi_ros.updating.prior import stand
 from ssi_ros.updating.systematic_errors import parameters
 
 FIRST_STEPS = 6         # of a fit, before the best are chosen
-SCANNED = 3             # sizes of an effect that are fitted further
 ANOMALY_TESTS = 3       # lines, spikes, unmodelled changes
 
 
@@ -43,7 +43,7 @@ class ModelComparison(Comparison):
     """A model beside a record; see `ssi_ros.gap.comparison.Comparison`."""
 
     kind, built = 'model', staticmethod(answer.built)
-    corrected, parameters = corrected, parameters       # methods
+    corrected, parameters, distant, anywhere = corrected, parameters, distant, anywhere  # methods
     notes, mismatch, doubtful = (property(attrgetter(f'comparable.{name}')) for name in (
         'notes', 'mismatch', 'doubtful'))
 
@@ -216,7 +216,7 @@ class ModelComparison(Comparison):
             residual, self.effects, self.simulator.spacecraft)
         both = self._scores(self.null.state.without_errors, self.here), residual.score_test.state
         likely = starts.undetected(starts.likely(both, self.null, self.settings), residual)
-        return tuple(Candidate((e,)) for e in starts.beside_linear(
+        return tuple(Candidate((e,)) for e in beside_linear(
             likely + found, lambda e: self.fit(Candidate((e,)), self.null, thorough=False)))
 
     def all_candidates(self):
@@ -226,7 +226,7 @@ class ModelComparison(Comparison):
     def refinements(self, ranked):
         """Return laws that contain the best one."""
         best = ranked[0].fit.candidate.effects[0]
-        return tuple(map(Candidate, zip(starts.extensions(best, self.effects))))
+        return tuple(map(Candidate, zip(extensions(best, self.effects))))
 
     def equivalents(self, ranked, residual):
         """Return laws whose equivalent linear hinge the best one is, and it at other places."""
@@ -234,15 +234,7 @@ class ModelComparison(Comparison):
         alike = equivalent_hinges(best.candidate.effects[0], self.effects, lambda e: of(
             Candidate((e,)), best.levels))
         moved = starts.in_other_basins(best.candidate.effects[0], residual.score_test.state)
-        return tuple(c for each in (*alike, moved) for c in self._starts(each)[:1])
-
-    def _starts(self, effects):
-        return best_starts(self.here, self.record.spectra, effects, self.null.levels)
-
-    def distant(self, ranked):
-        """Return sizes of the best effects far away, for a gap that no small one explains."""
-        return tuple(c for e in starts.rivals(ranked, RIVALS)
-                     for c in self._starts(starts.brackets(e))[:SCANNED])
+        return tuple(c for each in (*alike, moved) for c in a_little_fitted(self, each)[:1])
 
     def pairs(self, found, residual, ranked):
         """Return the pairs that explain most together; far away no score promises any."""
@@ -252,6 +244,7 @@ class ModelComparison(Comparison):
             s, PAIRS_TO_FIT)] + [d.basis for d in residual.detections]
         pairs = [one.candidate.with_one_more(e) for e in more if e.name not in one.candidate.names]
         pairs += map(Candidate, starts.promising_pairs(none, 0 if far else PAIRS_TO_FIT))
+        pairs += self.anywhere(residual, one)
         return tuple({c.kinds: c for c in reversed(pairs)}.values())     # the first of each
 
     def indistinguishable(self, found, candidate):

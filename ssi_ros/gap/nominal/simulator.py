@@ -10,7 +10,7 @@ from ssi_ros.gap.spectra.expected_periodogram import expected
 from ssi_ros.gap.spectra.jitter_noise import jitter_noise_of, scans_of
 from ssi_ros.gap.spectra.segmentation import spectra
 from ssi_ros.model.excitation import source, White
-from ssi_ros.varying import few_of
+from ssi_ros.weighted_sums import few_of
 
 # What a candidate raises that cannot exist, as a mass off the array does.
 IMPOSSIBLE = (ValueError, np.linalg.LinAlgError, OverflowError)

@@ -5,7 +5,7 @@ from itertools import product
 import numpy as np
 
 from ssi_ros.effects import effect_class, places
-from ssi_ros.effects.sizes import at_size
+from ssi_ros.effects.sizes import at_size, brackets, change_of, LARGE
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.inference.thresholds import LIMITS as LEVELS
 from ssi_ros.gap.selection.thresholds import SELECTION as LIMITS
@@ -13,7 +13,7 @@ from ssi_ros.quantity import in_range, quantities
 
 OTHERS = 5              # starts of an effect beside its best
 MOST_PAIRS = 4000       # pairs of templates that are looked through for the best
-FACTORS = (0.3, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0)    # starting values of a large size
+THINNED = 5             # places, of which one is tried at all sizes
 SAME_GAIN = 1.0         # nats by which the gains of starts differ that are equally good
 ONE_BASIN = 2.0         # factor of sizes from which a fit comes to the same end
 
@@ -29,6 +29,24 @@ def starting_points(classes, spacecraft):
             every = (dict(zip(starts, v)) for v in product(*starts.values()))
             found += [cls(**place, **values) for values in every if in_range(cls, values)]
     return [e for e in found if not e.is_null]
+
+
+def at_any_size(effects, likelihood, kinds):
+    """Return starts over all sizes of the most likely kinds, of each a list."""
+    found, best = {}, []
+    for effect in effects:
+        rest = tuple(getattr(effect, f.name) for f in effect.numbers() if f.name != effect.size)
+        if change_of(effect):
+            found.setdefault(effect.kind(), {}).setdefault(rest, effect)
+    for starts in map(list, map(dict.values, found.values())):
+        many = _of_many_starts(starts[0])
+        tried = [(likelihood(e), e, start) for start in starts[::THINNED if many else 1]
+                 for e in brackets(start, change_of(start), LARGE[::2])]
+        best.append((many, sorted(tried, key=lambda t: -t[0])))
+    best = sorted((b for b in best if b[1]), key=lambda b: -b[1][0][0])[:kinds]
+    # where a mass is, its likelihood says; how large a momentum is, hardly
+    return [[e for _, e, _ in tried[:OTHERS]] if many else brackets(
+        tried[0][2], change_of(tried[0][2]), LARGE) for many, tried in best]
 
 
 def of_lines(residual, names, spacecraft):
@@ -133,38 +151,6 @@ def in_other_basins(effect, scores):
     return list(dict.fromkeys(found))[:OTHERS]
 
 
-def extensions(effect, names):
-    """Return effects of all quantities of another and more of a small size, and its opposite."""
-    # A hinge with play is a hinge: it is as good an answer as long as nothing shows the play.
-    shared, found = {f.name for f in quantities(effect)}, [*effect.opposite()]
-    for name in names:
-        cls = effect_class(name)
-        if cls is type(effect) or not cls.nonlinear or not cls.spectral:
-            continue
-        common = {f.name: getattr(effect, f.name) for f in quantities(cls) if f.name in shared
-                  and f.name != cls.size}
-        whole = {f.name for f in quantities(cls)} - {cls.size} == set(common) and len(common) > 1
-        # a fit may have made a linear hinge as good as none, which no law begins at
-        if whole and in_range(cls, common):
-            found.append(cls(**common, **{cls.size: min(cls.starts[cls.size])}))
-    return found
-
-
-def beside_linear(effects, fitted):
-    """
-    Return starts in which laws of a hinge have the stiffness of the linear one.
-
-    `fitted` returns the first fit of an effect, or None.
-    """
-    linear, found = {}, []
-    for e in sorted(effects, key=lambda e: bool(e.hinge and e.nonlinear)):
-        if e.hinge and not e.nonlinear:
-            linear.setdefault(e.array, fitted(e))
-        law = e.hinge and e.nonlinear and linear.get(e.array)
-        found += law and extensions(law.candidate.effects[0], (e.name,))[-1:] or [e]
-    return list(dict.fromkeys(found))
-
-
 def replacements(scores, candidate):
     """Return candidates in which one effect is replaced by a nearly indistinguishable one."""
     found = {}
@@ -207,16 +193,3 @@ def promising_pairs(scores, count):
         key = frozenset((names[i], names[j]))
         found.setdefault(key, tuple(at_size(e, s) for e, s in zip(effects, sizes)))
     return list(found.values())
-
-
-def brackets(effect):
-    """Return an effect at sizes over its declared range, near enough that a fit finds any."""
-    f = effect.size_quantity()
-    start = max((abs(v - f.default) for v in effect.starts[f.name] if np.isfinite(f.default)),
-                default=None)
-    if start is None or not effect.spectral:
-        return []
-    signs = (1.0,) if effect.one_sided() else (-1.0, 1.0)
-    values = [f.default + s * start * k for s in signs for k in FACTORS]
-    return [replace(effect, **{f.name: v}) for v in values
-            if f.metadata['low'] <= v <= f.metadata['high']]

@@ -40,6 +40,10 @@ class Search:
             ranked = self.sorted(ranked + self.fitted(
                 comparison.distant(ranked), comparison.null, self.found.detections))
             residual = comparison.residual(ranked[0].fit)
+        if more := self.fitted(comparison.anywhere(residual), comparison.null,
+                               self.found.detections):
+            ranked = self.sorted(ranked + more)
+            residual = comparison.residual(ranked[0].fit)
         ranked, residual = self.with_equivalents(ranked, residual)
         if residual.spectral_p_value < LIMITS['residual_p'].value:
             ranked = self.sorted(comparison.corrected(ranked))

@@ -12,8 +12,8 @@ from ssi_ros.effects.statistical_linearisation import LinearisationResidual, lin
 from ssi_ros.model.disturbances import Chirp, Nutation, Sine
 from ssi_ros.model.excitation import Coloured, layers, source, White
 from ssi_ros.model.sensors import Noise
-from ssi_ros.model.statespace import stationary_divisor
-from ssi_ros.varying import changed, each_of, interpolated, total_of, Varying
+from ssi_ros.model.statespace import powers_of, stationary_divisor
+from ssi_ros.weighted_sums import changed, each_of, interpolated, total_of, WeightedSum
 
 ROUNDING = 1e-6         # by which the poles of a rigid body may leave the unit circle
 LONG = 100_000          # rows, of more of which no spectrum is kept: it is asked for once
@@ -25,7 +25,7 @@ class Expected:
     """Expected periodograms, linear in the levels: S = fixed + sum_c level_c shares_c."""
 
     names: tuple        # of the levels: each random part of the excitation, sensor noise
-    held: tuple         # shares, each a Varying or an array, (1, k, l, l)
+    held: tuple         # shares, each a WeightedSum or an array, (1, k, l, l)
     fixed: np.ndarray   # (a, k, l, l), what no level scales: lines, low-frequency noise
     near: tuple = None  # linear equivalents of nonlinear hinges, `Setup.near`
 
@@ -47,7 +47,7 @@ class Expected:
 
     @property
     def few_at_nominal(self):
-        """Return S at nominal levels, a Varying or (a, k, l, l)."""
+        """Return S at nominal levels, a WeightedSum or (a, k, l, l)."""
         return total_of([self.fixed, *self.held])
 
 
@@ -142,23 +142,6 @@ def _through(gain, spectrum):
     return spectrum if np.all(own == 1.0) else np.outer(own, own) * spectrum
 
 
-def powers_of(poles, count):
-    """Return the powers 0, 1, ... of poles, shape (count, poles), as products of two tables."""
-    return _powers(np.asarray(poles, complex).tobytes(), count)
-
-
-@lru_cache(maxsize=1)
-def _powers(poles, count):
-    # every random input of a system asks for the same
-    poles = np.frombuffer(poles, complex)
-    logs = np.log(np.where(np.abs(poles) < 1e-300, 1e-300, poles))
-    width = int(np.sqrt(count)) + 1
-    fine, coarse = (np.exp(np.arange(width)[:, None] * step * logs) for step in (1, width))
-    found = (coarse[:, None] * fine[None]).reshape(-1, len(poles))[:count]
-    found.flags.writeable = False
-    return found
-
-
 def autocovariance(sampled, inputs, powers, turn=1.0, lags=None):
     """Return E[y(k + lag) y(k)^T] for lag = 0, 1, ..., shape (lags, l, l), eq. (94)."""
     # With `turn` not 1 the part of it, complex, that goes with turn^k where the inputs do, (95a);
@@ -220,7 +203,7 @@ def _kept(response):
 
 def _random(level, sampled, inputs, frame):
     """
-    Return the expected periodograms under random inputs, (1, k, l, l), or a Varying.
+    Return the expected periodograms under random inputs, (1, k, l, l), or a WeightedSum.
 
     The square of a modulated level has three parts, of 0, 1 and 2 times its frequency; a slow
     mode follows each with a lag of its own, eq. (95a).
@@ -245,7 +228,7 @@ def _random(level, sampled, inputs, frame):
         phase = frame.mean_of_parts(np.exp(1j * times * omega * frame.begins_s))
         few += [transform(values.real, 1.0, frame), transform(values.imag, 1.0, frame)]
         weights += [phase.real, -phase.imag]
-    return Varying(np.stack(few), np.stack(weights, axis=1))
+    return WeightedSum(np.stack(few), np.stack(weights, axis=1))
 
 
 def transform(autocovariance, overlap, frame):

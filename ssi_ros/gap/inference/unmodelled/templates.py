@@ -20,7 +20,7 @@ from ssi_ros.model.excitation import Coloured, source, White
 from ssi_ros.updating.merged_bins import merged, white_changes
 from ssi_ros.updating.model_uncertainty import no_uncertainty
 from ssi_ros.updating.score_variance import energies, score_std
-from ssi_ros.varying import mean_of
+from ssi_ros.weighted_sums import mean_of
 
 CORNERS_HZ = (0.1, 0.5, 2.0)    # of a slow torque
 TORQUE = 0.1            # of the nominal torque, rms

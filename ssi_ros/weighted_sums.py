@@ -5,7 +5,7 @@ import numpy as np
 
 
 @dataclass(frozen=True, eq=False)
-class Varying:
+class WeightedSum:
     """
     Arrays of all parts of a record, by weights of a few: parts of an hour would take 0.1 GB.
 
@@ -22,7 +22,7 @@ class Varying:
     weights: np.ndarray
 
     def changed(self, change):
-        """Return what a linear function makes of it, a Varying."""
+        """Return what a linear function makes of it, a WeightedSum."""
         return replace(self, few=change(self.few))
 
     @property
@@ -35,32 +35,32 @@ class Varying:
 
 
 def few_of(array):
-    """Return the few of a Varying; another array as it is."""
-    return array.few if isinstance(array, Varying) else array
+    """Return the few of a WeightedSum; another array as it is."""
+    return array.few if isinstance(array, WeightedSum) else array
 
 
 def mean_of(array):
-    """Return the mean over the parts of a Varying, or of an array, (a, ...), shape (...)."""
-    if isinstance(array, Varying):
+    """Return the mean over the parts of a WeightedSum, or of an array, (a, ...), shape (...)."""
+    if isinstance(array, WeightedSum):
         return np.tensordot(array.weights.mean(axis=0), array.few, 1)
     return array.mean(axis=0)
 
 
 def each_of(array):
-    """Return a Varying as an array, (a, ...); another array as it is."""
-    return array.each if isinstance(array, Varying) else array
+    """Return a WeightedSum as an array, (a, ...); another array as it is."""
+    return array.each if isinstance(array, WeightedSum) else array
 
 
 def changed(array, change):
-    """Return what a linear function makes of an array or a Varying, such a one."""
-    return array.changed(change) if isinstance(array, Varying) else change(array)
+    """Return what a linear function makes of an array or a WeightedSum, such a one."""
+    return array.changed(change) if isinstance(array, WeightedSum) else change(array)
 
 
 def total_of(arrays):
-    """Return the sum of arrays, (1, ...) or (a, ...), and Varyings: a Varying if one is."""
+    """Return the sum of arrays, (1, ...) or (a, ...), and WeightedSums: one of these if any is."""
     steady, varying = np.zeros(()), []
     for array in arrays:
-        if isinstance(array, Varying):
+        if isinstance(array, WeightedSum):
             varying.append(array)
         else:
             steady = steady + array if steady.ndim else array
@@ -69,8 +69,8 @@ def total_of(arrays):
     if len(np.atleast_1d(steady)) > 1:
         return steady + sum(a.each for a in varying)
     if np.any(steady):
-        varying.append(Varying(steady, np.ones((len(varying[0].weights), 1))))
-    return Varying(*(np.concatenate(x, axis) for x, axis in (
+        varying.append(WeightedSum(steady, np.ones((len(varying[0].weights), 1))))
+    return WeightedSum(*(np.concatenate(x, axis) for x, axis in (
         ([a.few for a in varying], 0), ([a.weights for a in varying], 1))))
 
 
@@ -78,9 +78,9 @@ def interpolated(weights, arrays):
     """Return an array at times by weights (a, n) of those at n nodes, each as for `total_of`."""
     def at_times(i, array):
         column = weights[:, i:i + 1]
-        if isinstance(array, Varying):
+        if isinstance(array, WeightedSum):
             return replace(array, weights=column * array.weights)
         if len(array) > 1:
             return column.reshape(-1, *(1,) * (array.ndim - 1)) * array
-        return Varying(array, column)
+        return WeightedSum(array, column)
     return total_of([at_times(i, a) for i, a in enumerate(arrays)])

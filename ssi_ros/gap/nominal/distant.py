@@ -1,0 +1,48 @@
+"""
+Sizes of effects that are far from every start, for a gap that no small one explains.
+
+Where a record is thousands of nats from a model, a score says neither which effect it is nor how
+large: sizes of all effects are tried.
+"""
+import numpy as np
+
+from ssi_ros.effects.sizes import brackets
+from ssi_ros.gap.inference.model_fit import best_starts
+from ssi_ros.gap.inference.whittle import whiten
+from ssi_ros.gap.nominal.starting_points import at_any_size, rivals
+from ssi_ros.gap.nominal.thresholds import LIMITS
+from ssi_ros.gap.selection.search import RIVALS
+
+KINDS = 3               # of effects that are fitted at all sizes
+SCANNED = 3             # sizes of an effect that are fitted further
+
+
+def distant(comparison, ranked):
+    """Return the best effects at sizes far away, a little fitted."""
+    return tuple(c for e in rivals(ranked, RIVALS)
+                 for c in a_little_fitted(comparison, brackets(e))[:SCANNED])
+
+
+def anywhere(comparison, residual, beside=None):
+    """Return effects of all kinds and sizes, beside a fit that leaves much, a little fitted."""
+    if residual.gap.lost < LIMITS.wrong_model.value:
+        return ()
+    fit, spectra = beside or comparison.null, comparison.record.spectra
+    simulator, ones = comparison.side(fit).simulator, np.ones(len(fit.levels))
+
+    def likelihood(effect):
+        now = simulator.expected(fit.candidate.with_one_more(effect), fit.levels)
+        # the levels of the fit have taken up some of what it does not explain
+        return -np.inf if now is None else max(
+            whiten(now.at(levels), spectra).likelihood for levels in (fit.levels, ones))
+    others = [e for e in comparison.templates.effects
+              if not e.nonlinear and e.name not in fit.candidate.names]
+    return tuple(c for effects in at_any_size(others, likelihood, KINDS)
+                 for c in a_little_fitted(comparison, effects, beside)[:SCANNED])
+
+
+def a_little_fitted(comparison, effects, beside=None):
+    """Return candidates of effects beside a fit, that without effects if none is given."""
+    fit = beside or comparison.null
+    return best_starts(comparison.side(fit), comparison.record.spectra,
+                       [fit.candidate.with_one_more(e) for e in effects], fit.levels)
