@@ -104,7 +104,7 @@ def _segments(duration_s):
 
 def _stds_of_ends(weights, duration_s):
     """Return the deviations of the first and the last frequency of a chirp of d' = 1, [Hz]."""
-    # of a parabola through phases, which are known where the channels answer to an input
+    # of a parabola through phases, known where the channels answer to an input, eq. (107a)
     t = np.linspace(0, duration_s, len(weights))
     curved = t ** 2 / (2 * duration_s)
     phase = np.column_stack([np.ones_like(t), 2 * np.pi * (t - curved), 2 * np.pi * curved])

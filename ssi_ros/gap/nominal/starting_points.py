@@ -36,8 +36,7 @@ def at_any_size(effects, likelihood, kinds):
     found, best = {}, []
     for effect in effects:
         rest = tuple(getattr(effect, f.name) for f in effect.numbers() if f.name != effect.size)
-        if change_of(effect):
-            found.setdefault(effect.kind(), {}).setdefault(rest, effect)
+        found.setdefault(effect.kind(), {}).setdefault(rest, effect)
     for starts in map(list, map(dict.values, found.values())):
         many = _of_many_starts(starts[0])
         tried = [(likelihood(e), e, start) for start in starts[::THINNED if many else 1]
