@@ -1,4 +1,5 @@
 """Changes of a spectrum by effects that make it a polynomial of second degree in their size."""
+from ssi_ros.effects.sizes import change_of
 
 
 class SecondDegree:
@@ -17,7 +18,7 @@ class SecondDegree:
         if effect.kind() != self._kind or len(self._known) < 2:
             return None
         (a, of_a), (b, of_b) = self._known
-        s = _size(effect)
+        s = change_of(effect)
         return s * (s - b) / (a * (a - b)) * of_a + s * (s - a) / (b * (b - a)) * of_b
 
     def keep(self, effect, change):
@@ -25,9 +26,5 @@ class SecondDegree:
         if effect.second_degree:
             if effect.kind() != self._kind:
                 self._kind, self._known = effect.kind(), []
-            if len(self._known) < 2 and _size(effect) not in [size for size, _ in self._known]:
-                self._known.append((_size(effect), change))
-
-
-def _size(effect):
-    return getattr(effect, effect.size) - effect.size_quantity().default
+            if len(self._known) < 2 and change_of(effect) not in [size for size, _ in self._known]:
+                self._known.append((change_of(effect), change))

@@ -25,8 +25,8 @@ def at_size(effect, size):
 
 
 def change_of(effect):
-    """Return how far the size of an effect is from that of none; infinite of a stiffness."""
-    return abs(getattr(effect, effect.size) - effect.size_quantity().default)
+    """Return the size of an effect less that of none; infinite of a stiffness."""
+    return getattr(effect, effect.size) - effect.size_quantity().default
 
 
 def brackets(effect, start=None, factors=FACTORS):

@@ -40,12 +40,12 @@ def at_any_size(effects, likelihood, kinds):
     for starts in map(list, map(dict.values, found.values())):
         many = _of_many_starts(starts[0])
         tried = [(likelihood(e), e, start) for start in starts[::THINNED if many else 1]
-                 for e in brackets(start, change_of(start), LARGE[::2])]
+                 for e in brackets(start, abs(change_of(start)), LARGE[::2])]
         best.append((many, sorted(tried, key=lambda t: -t[0])))
     best = sorted((b for b in best if b[1]), key=lambda b: -b[1][0][0])[:kinds]
     # where a mass is, its likelihood says; how large a momentum is, hardly
     return [[e for _, e, _ in tried[:OTHERS]] if many else brackets(
-        tried[0][2], change_of(tried[0][2]), LARGE) for many, tried in best]
+        tried[0][2], abs(change_of(tried[0][2])), LARGE) for many, tried in best]
 
 
 def of_lines(residual, names, spacecraft):
