@@ -3,9 +3,9 @@ from pathlib import Path
 import sys
 
 from ssi_ros.bag import read_channels
-from ssi_ros.gap.diagnosis import probability_text
 from ssi_ros.gap.driver import diagnose
 from ssi_ros.model import load_spacecraft
+from ssi_ros.quantity import probability_text
 from ssi_ros.report.diagnosis_page import diagnosis_page, view_of
 from ssi_ros.report.samples import samples_of
 from ssi_ros.report.wording import headline

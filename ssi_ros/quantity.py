@@ -209,6 +209,18 @@ def fixed(value, digits, sign=''):
     return text.replace('-', sign) if float(text) == 0.0 else text
 
 
+def probability_text(probability):
+    """Return a probability with two digits; never 1.00 or 0.00 for what is not certain."""
+    if probability > 0.99:
+        return '> 0.99'
+    return f'{probability:.2f}' if probability >= 0.01 else '< 0.01'
+
+
+def p_value_text(p_value):
+    """Return a p-value with two digits, '< 1e-15' below what arithmetic can say."""
+    return '< 1e-15' if p_value < 1e-15 else f'{p_value:.2g}'
+
+
 def things(n, noun):
     """Return a number of things in words: 1 channel, 4 channels."""
     return f'{n} {noun}' if n == 1 else f'{n} {noun}s'

@@ -16,11 +16,11 @@ import time
 from examples.shear_building import shear_building
 import numpy as np
 from ssi_ros.effects import inject, parse_effect, simulate_setup
-from ssi_ros.gap.diagnosis import p_value_text, probability_text
 from ssi_ros.gap.driver import diagnose
 from ssi_ros.gap.nominal.model import ModelNominal
 from ssi_ros.model.errors import Calibration, declared
 from ssi_ros.model.modal_errors import modal_uncertainty
+from ssi_ros.quantity import p_value_text, probability_text
 from ssi_ros.updating.calibrate import calibrate
 
 SECONDS, SEED, EXACT_TOO = 1800.0, 500, 1

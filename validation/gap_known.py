@@ -1,9 +1,11 @@
 """
 Diagnose pairs of measured records of which it is known what separates them.
 
-    SSI_ROS_DATA=FOLDER python -m validation.gap_known [f16 board beam splits]
+    SSI_ROS_DATA=FOLDER python -m validation.gap_known [f16 board beam splits wiring]
 """
 import argparse
+from dataclasses import replace
+from itertools import combinations
 import re
 import time
 
@@ -56,6 +58,21 @@ def f16_splits(folder):
         thirds = [samples.between(i * end / 3, (i + 1) * end / 3) for i in range(3)]
         for i, j in ((0, 2), (2, 0), (1, 2), (1, 0)):
             yield f'F-16 {k}, third {i + 1} -> {j + 1}', thirds[i], thirds[j], NULL
+
+
+def wired_pairs(folder):
+    """Yield the same of halves, in the second of which a channel is reversed or two swapped."""
+    for k in (1, 2, 5):
+        one, two = halves(f16(k, folder))
+        names = two.channels
+        for i, name in enumerate(names):
+            turned = np.where(np.arange(len(names)) == i, -1.0, 1.0) * two.values
+            yield f'F-16 {k}, {name} reversed', one, replace(two, values=turned), f'of {name}'
+        for i, j in combinations(range(len(names)), 2):
+            order = [{i: j, j: i}.get(m, m) for m in range(len(names))]
+            yield (f'F-16 {k}, {names[i]} and {names[j]} swapped', one,
+                   replace(two, values=two.values[:, order]),
+                   f'{names[i]} and {names[j]} are swapped')
 
 
 def board_pairs(folder):
@@ -114,6 +131,8 @@ def worth(found, known, site, event):
         return 'refused: too short or not stationary'
     if known == NULL:
         return 'right' if outcome == 'WITHIN_FLOOR' else 'false alarm'
+    if known not in SITE:
+        return 'right' if known in found.reason else 'not named'
     if outcome == 'WITHIN_FLOOR':
         return 'silent'
     in_time = any(SHOCK_S[0] - LATE_S < float(t) < SHOCK_S[1] + LATE_S for t in event)
@@ -129,7 +148,8 @@ def worth(found, known, site, event):
     return 'right or tied with it' if set(right) & set(named) else 'wrong'
 
 
-PAIRS = {'f16': f16_pairs, 'board': board_pairs, 'beam': beam_pairs, 'splits': f16_splits}
+PAIRS = {'f16': f16_pairs, 'board': board_pairs, 'beam': beam_pairs, 'splits': f16_splits,
+         'wiring': wired_pairs}
 
 
 def main():

@@ -187,7 +187,10 @@ def verbs():
     yield 'report --model', ('report', record, '--model', model, '--output', page), False
     yield 'place', ('place',), False
     yield 'identifiability', ('identifiability', '--duration-s', 600), False
-    yield 'calibrate', ('calibrate', record, '--output', FOLDER / 'calibrated.yaml'), False
+    calibrated = FOLDER / 'calibrated.yaml'
+    yield 'calibrate', ('calibrate', record, '--output', calibrated), False
+    other = bag('unknown', '--seed', 200, *(w for e in UNKNOWN for w in ('--effect', e)))
+    yield 'calibrated, three at once', ('diagnose', other, '--model', calibrated), False
 
 
 def live():

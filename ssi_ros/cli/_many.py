@@ -13,8 +13,7 @@ import os
 from pathlib import Path
 
 from ssi_ros.cli._memory import keep_freed_memory
-from ssi_ros.gap.diagnosis import probability_text
-from ssi_ros.quantity import shown
+from ssi_ros.quantity import probability_text, shown
 from ssi_ros.whole_file import whole_file, write_whole
 
 ANSWERS = 'diagnoses'           # folder of the answers, beside the bags

@@ -218,7 +218,7 @@ def write_pages(found, args, view, more=()):
 
 def text(found):
     """Return the diagnosis as lines in the order of an engineer's questions."""
-    from ssi_ros.gap.diagnosis import p_value_text
+    from ssi_ros.quantity import p_value_text
     from ssi_ros.report.wording import headline
 
     found = found.to_json()
@@ -259,7 +259,7 @@ def _where_lines(where):
 
 def _candidate_lines(candidate, hidden):
     """Return a candidate's probability, what it removes of the gap, and its quantities."""
-    from ssi_ros.gap.diagnosis import probability_text
+    from ssi_ros.quantity import probability_text
     from ssi_ros.report.wording import compact, interval, quantities, removed
 
     known = candidate['effects'][0] not in ('unknown', 'none')

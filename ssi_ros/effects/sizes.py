@@ -1,10 +1,12 @@
 """Effects at other sizes."""
 from dataclasses import replace
+from itertools import groupby
 
 import numpy as np
 
 STEPS = 1e-4, 30.0      # smallest and largest factor that a score may put on a starting value
 FACTORS = (0.3, *(2.0 ** k for k in range(14)))     # of starting values, for sizes far away
+FALLS = 3               # likelihoods, each below the one before, that end larger sizes
 LARGE = FACTORS[3:]     # of those that no score promises
 
 
@@ -27,6 +29,17 @@ def at_size(effect, size):
 def change_of(effect):
     """Return the size of an effect less that of none; infinite of a stiffness."""
     return getattr(effect, effect.size) - effect.size_quantity().default
+
+
+def until_worse(effects, likelihood):
+    """Yield likelihoods and effects, growing ones of each sign, until they only explain less."""
+    for _, upwards in groupby(effects, lambda e: change_of(e) > 0):
+        before = [-np.inf]
+        for e in upwards:
+            before.append(likelihood(e))
+            yield before[-1], e
+            if len(before) > FALLS and before[-FALLS:] == sorted(before[-FALLS:], reverse=True):
+                break
 
 
 def brackets(effect, start=None, factors=FACTORS):

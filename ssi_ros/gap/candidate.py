@@ -73,6 +73,11 @@ class Candidate:
         return Candidate(self.effects + (effect,))
 
 
+def is_approximate(candidate):
+    """Return whether the expected spectrum of a candidate leaves some of its own records."""
+    return bool(candidate.approximation or candidate.nonlinear)
+
+
 def to_coordinate(f, value):
     """Return the coordinate that a fit moves for a value of a quantity."""
     return math.log(max(value, 1e-300)) if is_log(f) else value

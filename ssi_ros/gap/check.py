@@ -7,6 +7,8 @@ from ssi_ros.integrity.missing import best_channels, missing_of, unusable
 from ssi_ros.model.channels import with_channels
 from ssi_ros.records import Samples
 
+PARTIAL = 'it was left out: a partial answer'   # the end of a note on a channel
+
 
 class TooLittleData(ValueError):
     """A record too short to be compared, with the length needed; `notes` as of a diagnosis."""
@@ -34,8 +36,7 @@ def match(spacecraft, samples):
     out = {n: f'channel {n} of the model is not in the record' for n in wanted if n not in names}
     longest, kept = LIMITS.filled_s.value * samples.rate_hz, []
     for name in (n for n in wanted if n in names):
-        reason = unusable(name, samples.values[:, names.index(name)], spacecraft.rate_hz,
-                          longest)
+        reason = unusable(name, samples.values[:, names.index(name)], spacecraft.rate_hz, longest)
         kept += [] if reason else [name]
         out.update({name: reason} if reason else {})
     if not kept:
@@ -52,4 +53,4 @@ def match(spacecraft, samples):
             Samples(columns(values, best), spacecraft.rate_hz, chosen, samples.start_ns,
                     None if samples.as_sampled is None else columns(samples.as_sampled, at),
                     samples.late and tuple(samples.late[i] for i in at)),
-            tuple(f'{out[n]}; it was left out: a partial answer' for n in wanted if n in out))
+            tuple(f'{out[n]}; {PARTIAL}' for n in wanted if n in out))

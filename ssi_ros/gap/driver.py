@@ -11,6 +11,7 @@ from ssi_ros.gap.selection.conclusion import Case, conclude, no_gap, not_compara
 from ssi_ros.gap.selection.cross_validation import validated
 from ssi_ros.gap.selection.evidence import Ranked
 from ssi_ros.gap.selection.search import Search
+from ssi_ros.gap.selection.thresholds import SELECTION as LIMITS
 from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.integrity.missing import missing_of
 
@@ -87,7 +88,8 @@ def _diagnose(comparison, settings, pairs, report):
     # validate: how much of the gap they remove on segments that the fit did not use
     null = validated(comparison, Ranked(comparison.null))
     ranked = [validated(comparison, r, null) for r in ranked[:VALIDATED]]
-    if ranked and not (ranked[0].floor or ranked[0].inside):
+    far = residual and residual.gap.deviations > LIMITS['far'].value
+    if ranked and not (ranked[0].floor or ranked[0].inside or far):
         # halves of a modulated record leave more than the theory of a steady one says
         ranked[0] = replace(ranked[0], floor=comparison.simulated_floor(ranked[0].fit))
     controls = (null, *_control(comparison, ranked))

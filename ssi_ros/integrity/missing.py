@@ -50,8 +50,8 @@ class Missing:
         """Return the same as one sentence without a full stop."""
         if not self.share:
             return 'no sample is missing'
-        where = ', '.join(f'{name} {100 * share:.2g} %' for name, share in self.channels.items())
-        return (f'{100 * self.share:.2g} % of the samples are missing ({where}) in {self.gaps} '
+        where = ', '.join(f'{name} {_percent(share)}' for name, share in self.channels.items())
+        return (f'{_percent(self.share)} of the samples are missing ({where}) in {self.gaps} '
                 f'gap{"s" * (self.gaps != 1)}, the longest of {self.longest_s:.4g} s from '
                 f'{self.longest_at_s:.4g} s on {", ".join(self.longest_of)}{self._others}')
 
@@ -66,6 +66,11 @@ class Missing:
         return (f', {"others" if len(rest) > 1 else "the other"} from '
                 + ', '.join(f'{begin:.4g}' for begin, _, _ in sorted(rest)) + ' s'
                 + f' and {more} more' * (more > 0))
+
+
+def _percent(share):
+    """Return a share with two digits, and all of it as 100 %."""
+    return f'{100 * share:.2g} %' if share < 0.995 else '100 %'
 
 
 def missing_of(samples, expected=()):

@@ -1,6 +1,5 @@
 """A diagnosis as sections, in the order of an engineer's questions."""
-from ssi_ros.gap.diagnosis import p_value_text, probability_text
-from ssi_ros.quantity import fixed, with_spread
+from ssi_ros.quantity import fixed, p_value_text, probability_text, with_spread
 from ssi_ros.report.gap_pictures import (
     before_after_tables, candidate_name, candidate_pictures, EVEN, maps, where_pictures)
 from ssi_ros.report.parts import measured, number, percent, Section, Table

@@ -1,8 +1,7 @@
 """Pictures and tables of a gap: shares, maps, candidates, before and after."""
 import numpy as np
 
-from ssi_ros.gap.diagnosis import probability_text
-from ssi_ros.quantity import fixed, with_spread
+from ssi_ros.quantity import fixed, probability_text, with_spread
 from ssi_ros.report.curves import banded
 from ssi_ros.report.parts import percent, Picture, Table
 from ssi_ros.report.style import bars, heat

@@ -2,7 +2,7 @@
 import math
 
 from ssi_ros.effects import library
-from ssi_ros.gap.diagnosis import probability_text
+from ssi_ros.quantity import probability_text
 from ssi_ros.report.parts import percent
 
 PLACES = ('channel', 'array', 'source')

@@ -6,7 +6,6 @@ import numpy as np
 
 from ssi_ros.effects import applicable
 from ssi_ros.gap.check import match
-from ssi_ros.gap.diagnosis import p_value_text
 from ssi_ros.gap.inference.goodness_of_fit import measure
 from ssi_ros.gap.inference.whittle import BLAS
 from ssi_ros.gap.nominal.model import ModelNominal
@@ -20,6 +19,7 @@ from ssi_ros.model.channels import of_channels, with_channels
 from ssi_ros.model.errors import Calibration, declared, of_recording
 from ssi_ros.model.spacecraft import Spacecraft
 from ssi_ros.model.uncertainty import EXACT
+from ssi_ros.quantity import p_value_text
 from ssi_ros.updating.fit import ErrorFit, fit_errors
 from ssi_ros.updating.input_colour import with_colour, words
 from ssi_ros.updating.scatter import between_recordings

@@ -4,6 +4,7 @@ import numpy as np
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.inference.model_fit import fit
 from ssi_ros.gap.inference.whittle import whiten
+from ssi_ros.gap.nominal.distant import is_near
 from ssi_ros.gap.nominal.model_answer import fit_of
 from ssi_ros.gap.nominal.model_comparison import ModelComparison
 from ssi_ros.updating.prior import relinearised, stand
@@ -53,7 +54,7 @@ class CalibratedComparison(ModelComparison):
         if found is None:
             return None
         if thorough and fold is None and candidate.effects and (
-                found.log_likelihood - self.null.log_likelihood > NEAR):
+                found.log_likelihood - self.null.log_likelihood > NEAR) and is_near(self, found):
             return self._around(found, side)
         return self._standing(found, side)
 

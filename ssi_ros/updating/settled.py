@@ -6,6 +6,7 @@ damping that is half of what was thought, or a force on a mode that is 3 dB high
 changes a resonance by more than a direction says: then the model moves, within its prior, to the
 most probable errors of the record. Beside an effect every thorough fit does so by itself.
 """
+from ssi_ros.gap.candidate import is_approximate
 from ssi_ros.gap.inference.whittle import whiten
 from ssi_ros.gap.nominal.model_answer import refuted
 from ssi_ros.gap.selection.search import Search
@@ -95,7 +96,7 @@ def is_far(comparison, fit):
 def leaves_nothing(comparison, fit):
     """Return whether what a fit leaves is within what its own records leave of themselves."""
     # no record that it simulates takes back what an exact spectrum leaves of this one
-    exact = not (fit.candidate.approximation or fit.candidate.nonlinear)
+    exact = not is_approximate(fit.candidate)
     return not (exact and comparison.goodness_of_fit(fit).deviations >= SPECTRUM_FITS) and (
         comparison.residual(fit, not exact).p_value >= SELECTION['residual_p'].value)
 

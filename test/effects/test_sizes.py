@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 from ssi_ros.effects import applicable, effect_class
-from ssi_ros.effects.sizes import at_size
+from ssi_ros.effects.sizes import at_size, brackets, until_worse
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.nominal.simulator import Simulator
 from ssi_ros.gap.settings import DiagnosisSettings
@@ -38,3 +38,12 @@ def test_a_share_of_first_order_changes_a_spectrum_in_proportion(name):
 def test_what_has_no_small_size_is_taken_as_it_starts(name):
     """A nutation, starts at several frequencies, laws, what is infinite or of another power."""
     assert started(name).first_order == 1.0
+
+
+def test_sizes_that_only_explain_less_end_a_search():
+    """Of each sign for itself: the best of the gains below one is far, of those above it near."""
+    every = brackets(started('sensor_gain'), 0.01)
+    liked = {e: -abs(np.log(e.scale / (0.3 if e.scale < 1 else 1.02))) for e in every}
+    tried = [e.scale for _, e in until_worse(every, liked.get)]
+    assert min(tried) == min(e.scale for e in every)
+    assert 1.02 < max(tried) < 1.1 < max(e.scale for e in every)

@@ -64,6 +64,17 @@ def test_a_healthy_record_has_no_fault(beside):
     assert not any('channel' in s for s in found.signs)
 
 
+def test_a_dead_sensor_is_said_with_the_answer():
+    """What the others show is within the floor; the headline says that one was left out."""
+    craft = replace(load_spacecraft(), uncertainty=EXACT)
+    healthy = simulate_setup(inject(craft, (), SECONDS), 64)
+    values = healthy.values.copy()
+    values[:, 2] = 0.01
+    found = diagnose(ModelNominal(craft), replace(healthy, values=values))
+    assert found.outcome == 'WITHIN_FLOOR' and 'channels that were compared' in found.reason
+    assert 'channel e2_a is dead' in found.reason and 'left out' in found.reason
+
+
 @pytest.mark.slow
 def test_a_scan_is_told_beside_a_model_that_may_be_wrong():
     """Errors of 3 % turn phases as well; what a scan of the channels turns they do not explain."""

@@ -143,8 +143,7 @@ def floor_of_band(n, d, n_expected=np.inf, known=0):
         n = np.asarray(n, float)
         return np.sum(digamma(n[..., None] - i), axis=-1) - d * np.log(n)
     if np.all(np.isinf(n_expected)):
-        return (float(-mean_logdet(n)),
-                float(np.sqrt(np.sum(polygamma(1, n - i)) - d / n)))
+        return (float(-mean_logdet(n)), float(np.sqrt(np.sum(polygamma(1, n - i)) - d / n)))
     total = n_expected + n
     scale = total / (n_expected * n)
     mean = scale * (total * mean_logdet(total) - n_expected * mean_logdet(n_expected)

@@ -63,10 +63,9 @@ def fit(simulator, evidence, candidate=Candidate(), levels=None, steps=STEPS, un
     return found
 
 
-def best_starts(side, evidence, candidates, levels):
+def best_starts(simulator, evidence, candidates, levels, uncertainty=None):
     """Return the candidates, a little fitted, the most likely first."""
-    fits = (fit(side.simulator, evidence, c, levels, SCAN_STEPS, side.uncertainty)
-            for c in candidates)
+    fits = (fit(simulator, evidence, c, levels, SCAN_STEPS, uncertainty) for c in candidates)
     return [f.candidate for f in sorted((f for f in fits if f is not None),
                                         key=lambda f: -f.likelihood)]
 
@@ -127,8 +126,7 @@ class _Place:
         self.problem, self.candidate, self.now, self.logs = problem, candidate, now, logs
         self.changes = changes
         self.x = np.append(logs, candidate.point())
-        free = problem.uncertainty or no_uncertainty(
-            problem.simulator.frame, now.fixed.shape[-1])
+        free = problem.uncertainty or no_uncertainty(problem.simulator.frame, now.fixed.shape[-1])
         self.uncertainty = free.shifted(problem.simulator.shift(candidate))
         self.model = now.at(np.exp(logs))
         self.prior = level_prior(len(logs))

@@ -145,8 +145,7 @@ def score(templates, fitted, evidence, uncertainty, here=None, skewed=True):
     z, skewness = raw / here.spread, np.zeros(len(raw))
     far = np.flatnonzero(np.abs(z) > (FAR if skewed else np.inf))
     skewness[far] = here.skewness(far)
-    return Scores(templates.effects, z, raw / here.spread ** 2, here.spread, here.cosine,
-                  skewness)
+    return Scores(templates.effects, z, raw / here.spread ** 2, here.spread, here.cosine, skewness)
 
 
 def directions(templates, fitted, evidence, uncertainty):

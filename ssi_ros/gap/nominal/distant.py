@@ -12,6 +12,7 @@ from ssi_ros.gap.inference.whittle import whiten
 from ssi_ros.gap.nominal.starting_points import at_any_size, rivals
 from ssi_ros.gap.nominal.thresholds import LIMITS
 from ssi_ros.gap.selection.search import RIVALS
+from ssi_ros.gap.selection.thresholds import SELECTION
 
 KINDS = 3               # of effects that are fitted at all sizes
 SCANNED = 3             # sizes of an effect that are fitted further
@@ -23,11 +24,20 @@ def distant(comparison, ranked):
                  for c in a_little_fitted(comparison, brackets(e))[:SCANNED])
 
 
+def is_near(comparison, fit):
+    """Return whether a fit leaves little, or less than half of what there is without effects."""
+    lost = comparison.goodness_of_fit(comparison.null).lost
+    left = lost + comparison.null.log_likelihood - fit.log_likelihood
+    return left < max(lost / 2, LIMITS.wrong_model.value)
+
+
 def anywhere(comparison, residual, beside=None):
     """Return effects of all kinds and sizes, beside a fit that leaves much, a little fitted."""
-    if residual.gap.lost < LIMITS.wrong_model.value:
-        return ()
     fit, spectra = beside or comparison.null, comparison.record.spectra
+    if residual.p_value >= SELECTION['residual_p'].value or (
+            residual.gap.lost < LIMITS.wrong_model.value) or (
+            beside and (len(fit.state.model) > 1 or not is_near(comparison, beside))):
+        return ()       # beside what varies in time it would take minutes
     simulator, ones = comparison.side(fit).simulator, np.ones(len(fit.levels))
 
     def likelihood(effect):
@@ -41,8 +51,9 @@ def anywhere(comparison, residual, beside=None):
                  for c in a_little_fitted(comparison, effects, beside)[:SCANNED])
 
 
-def a_little_fitted(comparison, effects, beside=None):
+def a_little_fitted(comparison, effects, beside=None, uncertainty=None):
     """Return candidates of effects beside a fit, that without effects if none is given."""
+    # far away, what is not known of the model takes up little, and most of the time
     fit = beside or comparison.null
-    return best_starts(comparison.side(fit), comparison.record.spectra,
-                       [fit.candidate.with_one_more(e) for e in effects], fit.levels)
+    return best_starts(comparison.side(fit).simulator, comparison.record.spectra,
+                       [fit.candidate.with_one_more(e) for e in effects], fit.levels, uncertainty)

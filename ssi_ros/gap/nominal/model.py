@@ -67,7 +67,8 @@ class ModelNominal:
         settings = getattr(self.spacecraft, 'cut', lambda usual: usual)(settings)
         spacecraft, simulator, record, levels = self.ready(samples, settings)
         effects, calibration = acting(effects, simulator), spacecraft.calibration
-        record = replace(record, sought=_without(self.present, effects))
+        record = replace(record, sought=tuple(
+            n for n in effects if n not in {e.name for e in self.present}))
         prior = known_by_recordings(calibration) if calibration.covariance else None
 
         def beside(side, prior):
@@ -99,8 +100,7 @@ class ModelNominal:
         else:
             adapted, record = adapted_beside(
                 simulator.spacecraft, simulator, record, settings, progress)
-        moved = AdaptedComparison(
-            simulator, adapted, record, settings, as_it_is.effects, progress)
+        moved = AdaptedComparison(simulator, adapted, record, settings, as_it_is.effects, progress)
         if doubt or explains(moved):
             return moved
         there = next(iter(search_of(moved).singles()), None)
@@ -132,11 +132,6 @@ class ModelNominal:
         return spacecraft, simulator, Record(
             samples, recorded, detections, (), faults, notes + _used(samples, simulator.frame),
             raw if filled else ()), levels
-
-
-def _without(present, effects):
-    """Return the names of effects without those that a model has already."""
-    return tuple(n for n in effects if n not in {e.name for e in present})
 
 
 def _used(samples, frame):

@@ -51,8 +51,9 @@ def parameters(ranked, detections):
             # 90 % to both sides, of the logarithm where a fit moves that
             low, high = (value * np.exp(s * Z90 * std / value) if log else value + s * Z90 * std
                          for s in (-1, 1))
-            found[f'{e.name}.{f.name}'] = Value(value, float(std), float(low), float(high),
-                                                f.metadata['unit'])
+            found[f'{e.name}.{f.name}'] = Value(
+                value, float(std), float(max(low, f.metadata['low'])),
+                float(min(high, f.metadata['high'])), f.metadata['unit'])
     for other in (parameters(r, detections) for r in ranked.others):
         found = {k: replace(v, low90=min(v.low90, other[k].low90),
                             high90=max(v.high90, other[k].high90)) for k, v in found.items()}

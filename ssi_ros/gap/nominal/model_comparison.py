@@ -13,7 +13,7 @@ from ssi_ros.effects import places
 from ssi_ros.effects.equivalent_hinges import beside_linear, equivalent_hinges, extensions
 from ssi_ros.events.blocks import explained_below_band, search
 from ssi_ros.gap.cache import effect_templates, unmodelled_templates
-from ssi_ros.gap.candidate import Candidate, priors_of
+from ssi_ros.gap.candidate import Candidate, is_approximate, priors_of
 from ssi_ros.gap.comparison import Comparison
 from ssi_ros.gap.detectors import tests_of
 from ssi_ros.gap.inference.goodness_of_fit import measure
@@ -160,7 +160,9 @@ class ModelComparison(Comparison):
     def residual(self, fit, simulated=True):
         """Run all tests; if they fail, against what the fit leaves of records it simulates."""
         found, tests = self._once('tests', (fit,), lambda: self._tested(fit))
-        if not simulated or fit is self.null or found.p_value >= LIMITS['second_effect_p'].value:
+        far = found.gap.deviations > LIMITS['far'].value and not is_approximate(fit.candidate)
+        if not simulated or far or fit is self.null or (
+                found.p_value >= LIMITS['second_effect_p'].value):
             return found
         return self._once('floor', (fit,), lambda: self._against_floor(fit, *tests))
 
@@ -234,7 +236,8 @@ class ModelComparison(Comparison):
         alike = equivalent_hinges(best.candidate.effects[0], self.effects, lambda e: of(
             Candidate((e,)), best.levels))
         moved = starts.in_other_basins(best.candidate.effects[0], residual.score_test.state)
-        return tuple(c for each in (*alike, moved) for c in a_little_fitted(self, each)[:1])
+        return tuple(c for each in (*alike, moved) for c in a_little_fitted(
+            self, each, uncertainty=self.here.uncertainty)[:1])
 
     def pairs(self, found, residual, ranked):
         """Return the pairs that explain most together; far away no score promises any."""

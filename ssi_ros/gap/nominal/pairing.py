@@ -4,7 +4,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from ssi_ros.gap.check import TooLittleData
+from ssi_ros.gap.check import PARTIAL, TooLittleData
 from ssi_ros.gap.nominal.thresholds import LIMITS
 from ssi_ros.gap.spectra.band_averages import FEW_ROWS, SEGMENT_ROWS, SEGMENT_S, spectra_of
 from ssi_ros.gap.spectra.thresholds import LIMITS as SPECTRA
@@ -44,7 +44,7 @@ def make_pair(reference, record):
         raise ValueError(f'the record has the channels {", ".join(record.channels)}, the '
                          f'reference {", ".join(reference.channels)}: none is in both; give the '
                          'channels the same names, for example with ssi_ros import --names')
-    notes = [f'channel {c} is only in the {where} and was left out: a partial answer'
+    notes = [f'channel {c} is only in the {where}; {PARTIAL}'
              for where, one, other in (('reference', reference, record),
                                        ('record', record, reference))
              for c in one.channels if c not in other.channels]
@@ -61,7 +61,7 @@ def make_pair(reference, record):
     dead.update({both[i]: f'channel {both[i]} is silent for so long that the others hold more '
                  'without it' for i in live if i not in kept})
     live = kept
-    notes += [f'{why}; it was left out: a partial answer' for why in dead.values()]
+    notes += [f'{why}; {PARTIAL}' for why in dead.values()]
     channels = tuple(both[i] for i in live)
     one, two, rate_hz, changes = _same_rate(one[:, live], two[:, live], reference.rate_hz,
                                             record.rate_hz)

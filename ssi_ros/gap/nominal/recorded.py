@@ -72,7 +72,8 @@ class RecordedComparison(Comparison):
         self.recordings, self.effects = recordings, recordings.effects
         self.notes = recordings.notes + tuple(f.text for f in faults) + recordings.regime.texts
         self.mismatch = as_reason(faults) or recordings.regime.refusal
-        self.site = recordings.regime.site
+        at = Site.TIMING if any(f.kind == 'scan skew' for f in faults) else Site.SENSOR
+        self.site = at.value if as_reason(faults) else recordings.regime.site
         base = recordings.null
         self.null = Fit(ModalCandidate(), np.zeros(0), np.zeros((0, 0)), 0.0, base.x, base)
         self.gap = self.goodness_of_fit(self.null)

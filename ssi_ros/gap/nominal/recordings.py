@@ -23,8 +23,7 @@ from ssi_ros.gap.nominal.periodic.repeats import ENOUGH_PERIODS, same_signal
 from ssi_ros.gap.nominal.stationary import chirp, impulses, level, samples, tone
 from ssi_ros.gap.nominal.stationary.prediction_error import predictor
 from ssi_ros.gap.nominal.thresholds import LIMITS
-from ssi_ros.gap.spectra.band_averages import (
-    Cut, level_of, plan, Spectra)
+from ssi_ros.gap.spectra.band_averages import Cut, level_of, plan, Spectra
 from ssi_ros.levels.free import compared
 from ssi_ros.regimes.assess import regime_of
 from ssi_ros.regimes.varying_level import steady_share

@@ -5,7 +5,7 @@ from itertools import product
 import numpy as np
 
 from ssi_ros.effects import effect_class, places
-from ssi_ros.effects.sizes import at_size, brackets, change_of, LARGE
+from ssi_ros.effects.sizes import at_size, brackets, change_of, LARGE, until_worse
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.inference.thresholds import LIMITS as LEVELS
 from ssi_ros.gap.selection.thresholds import SELECTION as LIMITS
@@ -38,9 +38,10 @@ def at_any_size(effects, likelihood, kinds):
         rest = tuple(getattr(effect, f.name) for f in effect.numbers() if f.name != effect.size)
         found.setdefault(effect.kind(), {}).setdefault(rest, effect)
     for starts in map(list, map(dict.values, found.values())):
-        many = _of_many_starts(starts[0])
-        tried = [(likelihood(e), e, start) for start in starts[::THINNED if many else 1]
-                 for e in brackets(start, abs(change_of(start)), LARGE[::2])]
+        many, tried = _of_many_starts(starts[0]), []
+        for start in starts[::THINNED if many else 1]:
+            tried += [(value, e, start) for value, e in until_worse(
+                brackets(start, abs(change_of(start)), LARGE[::2]), likelihood)]
         best.append((many, sorted(tried, key=lambda t: -t[0])))
     best = sorted((b for b in best if b[1]), key=lambda b: -b[1][0][0])[:kinds]
     # where a mass is, its likelihood says; how large a momentum is, hardly

@@ -34,8 +34,7 @@ def project(model, levels):
     rest = 1.0 - np.sum((model.templates @ basis) ** 2, axis=1)
     aim = np.einsum('kij,kj->ki', lower[0], model.line)
     size = np.sqrt(np.maximum(rest, 1e-6) * model.frame.inflation)
-    return Projection(base, lower, basis, size,
-                      aim / np.linalg.norm(aim, axis=1, keepdims=True))
+    return Projection(base, lower, basis, size, aim / np.linalg.norm(aim, axis=1, keepdims=True))
 
 
 def statistics(model, projection, spectrum):

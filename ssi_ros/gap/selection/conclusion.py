@@ -6,14 +6,15 @@ import numpy as np
 from ssi_ros.effects import effect_class
 from ssi_ros.effects.base import Site
 from ssi_ros.effects.likeness import OWN_ERROR, separate_by
+from ssi_ros.gap.check import PARTIAL
 from ssi_ros.gap.comparison import Comparison, Location, Residual
-from ssi_ros.gap.diagnosis import Diagnosis, Explanation, p_value_text
+from ssi_ros.gap.diagnosis import Diagnosis, Explanation
 from ssi_ros.gap.selection.cross_validation import reduction
-from ssi_ros.gap.selection.evidence import (
-    beside_law, hidden_odds, posterior, Ranked, undetected)
+from ssi_ros.gap.selection.evidence import beside_law, hidden_odds, posterior, Ranked, undetected
 from ssi_ros.gap.selection.thresholds import SELECTION as LIMITS
 from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.open_set.families import FAMILIES
+from ssi_ros.quantity import p_value_text
 from ssi_ros.tails import norm
 
 NOWHERE = (float('nan'),) * 3
@@ -56,16 +57,19 @@ class Case:
 
 def no_gap(case):
     """Return the answer where the record is what the nominal expects."""
-    probability, small = undetected(case.found.score_test, case.comparison.effects,
-                                    case.settings)
+    probability, small = undetected(case.found.score_test, case.comparison.effects, case.settings)
     none = _pseudo('none', probability, case.found.gap.value, NOWHERE, True)
     others = [_pseudo(n, p, float('nan'), NOWHERE, True)
               for n, p in sorted(small.items(), key=lambda item: -item[1])]
     rest = max(0.0, 1.0 - probability - sum(small.values()))
     others.append(_pseudo('unknown', rest, float('nan'), NOWHERE, True))
+    partial = [n for n in case.comparison.notes if n.endswith(PARTIAL)]
+    compared = 'the channels that were compared are' if partial else 'the record is'
     return Diagnosis(
-        'WITHIN_FLOOR', f'the record is what the {case.comparison.kind} expects (p = '
-        f'{p_value_text(case.gap["p_value"])}); smaller effects stay possible', case.gap,
+        'WITHIN_FLOOR', '; '.join([
+            f'{compared} what the {case.comparison.kind} expects (p = '
+            f'{p_value_text(case.gap["p_value"])})', 'smaller effects stay possible', *partial]),
+        case.gap,
         replace(case.location, site=dict.fromkeys((s.value for s in Site), 0.0)),
         (none, *others), {**NO_VERDICT, 'probability': probability}, (), case.texts)
 

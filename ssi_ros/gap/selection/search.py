@@ -1,6 +1,7 @@
 """From the tests of the nominal to ranked candidates: single effects, distant sizes, pairs."""
 from dataclasses import replace
 
+from ssi_ros.gap.candidate import is_approximate
 from ssi_ros.gap.selection.evidence import law_variance, log_posterior, Ranked
 from ssi_ros.gap.selection.thresholds import SELECTION as LIMITS
 
@@ -36,12 +37,9 @@ class Search:
         """
         comparison = self.comparison
         residual = comparison.residual(ranked[0].fit)
-        if residual.gap.deviations > LIMITS['far'].value:
-            ranked = self.sorted(ranked + self.fitted(
-                comparison.distant(ranked), comparison.null, self.found.detections))
-            residual = comparison.residual(ranked[0].fit)
-        if more := self.fitted(comparison.anywhere(residual), comparison.null,
-                               self.found.detections):
+        far = residual.gap.deviations > LIMITS['far'].value
+        more = comparison.anywhere(residual) or (comparison.distant(ranked) if far else ())
+        if more := self.fitted(more, comparison.null, self.found.detections):
             ranked = self.sorted(ranked + more)
             residual = comparison.residual(ranked[0].fit)
         ranked, residual = self.with_equivalents(ranked, residual)
@@ -63,7 +61,7 @@ class Search:
     def wants_another(self, best, residual):
         """Return whether what the best candidate leaves calls for a second effect."""
         # an approximate form leaves something; an exact one is asked at the usual level
-        limit = 'residual_p' if _is_approximate(best) else 'second_effect_p'
+        limit = 'residual_p' if is_approximate(best.fit.candidate) else 'second_effect_p'
         return residual.p_value < LIMITS[limit].value
 
     def with_pairs(self, ranked, residual):
@@ -85,7 +83,8 @@ class Search:
                              if set(single.names) <= set(r.names) else r, single)
                 for r in found]
         # what an approximate form leaves, of its own records as well, any second one takes some of
-        margin = max(LIMITS['approximate_pair'].value, single.correction) * _is_approximate(single)
+        margin = max(LIMITS['approximate_pair'].value, single.correction) * is_approximate(
+            single.fit.candidate)
         both = [r for r in both if self.order(single) - self.order(r) > margin or not margin]
         ranked = sorted(ranked + both, key=self.order)
         if ranked[0] is not single:
@@ -115,9 +114,12 @@ class Search:
             behind = first[0].log_evidence - ranked.log_evidence
             if len(done) >= RIVALS and behind > LIMITS['pruning_margin'].value:
                 break
-            fit = self.comparison.fit(ranked.fit.candidate, ranked.fit)
-            if fit is not None:
-                done.append(self.ranked(fit, detections))
+            # what is 30 deviations behind is shown, and needs no more than it has
+            gain = first[0].fit.log_likelihood - self.comparison.null.log_likelihood
+            if behind < max(LIMITS['far'].value ** 2 / 2, LIMITS['law_error'].value * gain):
+                fit = self.comparison.fit(ranked.fit.candidate, ranked.fit)
+                ranked = fit and self.ranked(fit, detections)
+            done += [ranked] * bool(ranked)
         return self.sorted(done)
 
     def ranked(self, fit, detections):
@@ -142,9 +144,3 @@ class Search:
             elif near and len(kept) < PLACES:
                 kept.append(r)
         return sorted((r for kept in found.values() for r in kept), key=self.order)
-
-
-def _is_approximate(ranked):
-    """Return whether the expected spectrum of a candidate leaves something of its own record."""
-    candidate = ranked.fit.candidate
-    return bool(candidate.approximation) or candidate.nonlinear

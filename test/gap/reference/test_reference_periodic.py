@@ -1,4 +1,6 @@
 """Two recordings of one signal that repeats itself: period, clock, line, sweep, swing, phase."""
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from reference_records import chain, diagnose_reference, PERIOD, RATE_HZ, shaken
@@ -34,6 +36,17 @@ def line(t):
 
 def sweep(t):
     return 0.1 * np.sqrt(2) * np.sin(2 * np.pi * (2.0 * t + (9.0 - 2.0) * t ** 2 / (2 * t[-1])))
+
+
+@pytest.mark.parametrize('change, words', [
+    ([[1, 0, 0], [0, -1, 0], [0, 0, 1]], 'the polarity of b is reversed'),
+    ([[0, 1, 0], [1, 0, 0], [0, 0, 1]], 'channels a and b are swapped')])
+def test_wiring_is_named_under_a_drive_that_repeats(change, words):
+    """Under other phases of the drive and half of its level, before any effect is tried."""
+    healthy, record = shaken(41), shaken(42, draw=1)
+    found = diagnose_reference(healthy, replace(record, values=record.values @ change / 2))
+    assert found.outcome == 'UNEXPLAINED' and words in found.reason
+    assert found.where.site['sensor'] == 1.0
 
 
 def test_values_between_samples_are_those_of_the_wave():

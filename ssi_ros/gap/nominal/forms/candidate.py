@@ -107,8 +107,7 @@ class ModalCandidate:
         """Share of the gap that a right candidate may leave: the error of its modal form."""
         # An equivalent linear form is Gaussian and a joint is not, nor are impulses, which excite
         # modes that the reference does not show; their detections name them.
-        linearised = self.bonus > 0.0 and not all(
-            effect_class(n).gaussian for n in self.names)
+        linearised = self.bonus > 0.0 and not all(effect_class(n).gaussian for n in self.names)
         return LIMITS.linearised_form.value if linearised else LIMITS.modal_form.value
 
     @property

@@ -101,8 +101,7 @@ def repeats_of(values, rate_hz, guess):
     # where each is late by another time, as of a drive that hunts, so is their mean
     late = [_lateness(periods[k:k + 2], 1)[0] for k in range(last)]
     std = max(std, np.std(late) / np.sqrt(max(last - 1, 1)))
-    split = Repeats(periods, period, std, rate_hz * rows / period,
-                    len(values) / period)
+    split = Repeats(periods, period, std, rate_hz * rows / period, len(values) / period)
     return split if split.share > LIMITS.repeats.value else None
 
 
