@@ -22,7 +22,7 @@ def faults_beside_recording(reference, record, recordings):
     known = {(f.kind, c) for f in faults_of_samples(reference) for c in f.sizes}
     found = [f for f in faults_of_samples(record) if not {(f.kind, c) for c in f.sizes} <= known]
     if recordings.regime.unsteady:
-        # lines of a drive, or a motion that dies away, have no scatter to judge cross-spectra by
+        # a motion that dies away has no scatter to judge cross-spectra by
         return tuple(found)
     # as they were recorded: levels that are freed would take up a part of the fault
     one, two = recordings.pair.spectra(recordings.full_cut)
