@@ -9,6 +9,9 @@ import math
 from numba import njit
 import numpy as np
 
+ROUNDED = 1e-12         # of the largest power, which the least one may be wrong by
+SINGULAR = 1e-13        # of the largest eigenvalue, below which rounding makes any sign
+LEAST_NOISE = 1e-6      # of a channel, over the noise of the loudest
 SMALL = 8               # channels up to which loops are faster than calls of a library
 
 
@@ -239,3 +242,24 @@ def positive(difference):
     smooth = (around[:-2] + around[1:-1] + around[2:]) / 3
     values, vectors = np.linalg.eigh(smooth)
     return (vectors * np.maximum(values, 0.0)[:, None, :]) @ vectors.conj().swapaxes(-1, -2)
+
+
+def definite(spectrum, noise):
+    """
+    Return expected periodograms, (k, l, l), that hold a noise, (k or 1, l, l), whatever rounds.
+
+    The Fourier transform of lags is rounded by some 1e-15 of its largest power, which may be more
+    than the noise of a good sensor.
+    """
+    largest, least = (np.einsum('kii->ki', x).real for x in (spectrum, noise))
+    return spectrum if largest.max() * ROUNDED < least.min() else raised(spectrum, noise)
+
+
+def raised(spectrum, noise):
+    """Return Hermitian matrices, (k, l, l), with no eigenvalue below those of (k or 1, l, l)."""
+    values, vectors = np.linalg.eigh(spectrum)
+    own = np.linalg.eigvalsh(noise)
+    # all noise of one channel may be taken away; and what is left has a Cholesky factor
+    least = np.maximum(np.maximum(own[:, :1], LEAST_NOISE * own[:, -1:]),
+                       SINGULAR * values[:, -1:])
+    return (vectors * np.maximum(values, least)[:, None, :]) @ vectors.conj().swapaxes(-1, -2)

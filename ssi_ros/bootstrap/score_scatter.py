@@ -1,10 +1,12 @@
 """
-The scatter of scores where segments are correlated, eq. (105f).
+The scatter of scores where segments or frequencies are correlated, eq. (105f).
 
 What a lightly damped mode does in a segment rings on into the next ones. Where many segments of a
 record lie within one decay, as those of a short record or between gaps, scores scatter by up to
-two and a half times what independent segments say. Records of the model, cut alike, show by how
-much.
+two and a half times what independent segments say. So they do where channels that outnumber the
+inputs follow each other down to little noise: what they do not share is then no noise but the
+motion at both ends of a segment, which neighbouring frequencies have in common. Records of the
+model, cut alike, show by how much.
 """
 from dataclasses import dataclass
 
@@ -16,6 +18,7 @@ from ssi_ros.gap.inference.score_test import directions, score
 from ssi_ros.gap.inference.thresholds import LIMITS
 from ssi_ros.gap.inference.unmodelled.scores import change_directions, score_changes
 from ssi_ros.gap.spectra.imputation import spectrum
+from ssi_ros.hermitian import inverse_root
 from ssi_ros.integrity.filling import record_of
 from ssi_ros.records import Samples
 
@@ -37,7 +40,8 @@ class Scatter:
 def scatter_of(simulator, fitted, evidence, tests):
     """Return the Scatter of BootstrapTests around a Fit; 1 each where segments are long."""
     frame, settings, uncertainty = evidence.frame, tests.settings, tests.uncertainty
-    if frame.span_s >= LIMITS.short_segment.value * settings.segment_s:
+    if frame.span_s >= LIMITS.short_segment.value * settings.segment_s and not (
+            leaks(simulator, fitted)):
         return Scatter()
     rows, draws = frame.begins[-1] + frame.rows, np.random.default_rng(SEED)
     period = 2 * next_fast_len(rows, real=True)
@@ -60,3 +64,22 @@ def scatter_of(simulator, fitted, evidence, tests):
     return Scatter(*(np.maximum(1.0, np.std(np.array(column), axis=0, ddof=1))
                      for column in zip(*found)),
                    np.maximum(1.0, (gap.floor + top) / (gap.floor + usual)))
+
+
+def leaks(simulator, fitted):
+    """Return whether most of what channels do not share is from the ends of segments."""
+    frame, expected = simulator.frame, fitted.plain.mean(axis=0)
+    if simulator.recorded or _inputs(simulator, fitted) >= expected.shape[-1]:
+        return False
+    there = spectrum(simulator, 2 * frame.rows, fitted.levels, fitted.candidate)
+    lower = inverse_root(expected)
+    own = lower @ there[2 * frame.first:2 * frame.last:2] @ lower.conj().swapaxes(-1, -2)
+    return bool(1 - np.linalg.eigvalsh(own)[:, 0].mean() > LIMITS.leakage.value)
+
+
+def _inputs(simulator, fitted):
+    """Return how many random inputs a model has."""
+    system = simulator.setup(fitted.candidate, fitted.levels).system
+    powers = sum(p.covariance(system.rate_hz, system.inputs) for p in system.excitation
+                 if hasattr(p, 'covariance'))
+    return np.count_nonzero(np.diag(powers))

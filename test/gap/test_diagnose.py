@@ -34,7 +34,7 @@ def record(spacecraft, *texts, seed=21, duration_s=SECONDS):
     ('channel_delay:channel=e1_b,delay_s=0.002', 'sensor'),
     ('saturation:limit_m_s2=0.08', 'sensor'),
     ('quantisation:step_m_s2=0.002', 'sensor'),
-    ('dropped_samples:fraction=0.03', 'timing')])
+    pytest.param('dropped_samples:fraction=0.03', 'timing', marks=pytest.mark.slow)])
 def test_the_effect_is_named_with_its_size(text, site, spacecraft):
     """One effect of a good size: first of the list, at its site, value within its spread."""
     effect = parse_effect(text)
@@ -147,6 +147,7 @@ def test_offsets_units_and_noise(change, outcome, words, spacecraft):
     assert found.outcome == outcome and words in found.reason
 
 
+@pytest.mark.slow
 def test_a_long_gap_in_the_record_is_no_effect(spacecraft):
     """Forty seconds without a sample: their pieces are left out, nothing is blamed."""
     good = record(spacecraft)

@@ -142,6 +142,7 @@ def test_gaps_of_a_short_record_are_no_line_and_no_drift():
         assert found.outcome == 'WITHIN_FLOOR' and found.gap['p_value'] > 1e-3
 
 
+@pytest.mark.slow
 def test_a_record_far_from_its_model_is_filled_as_well():
     """A drift of a hundred times the motion: levels of filled samples ran away to 1e25."""
     samples, simulator = record(120.0, [parse_effect(

@@ -168,6 +168,7 @@ def test_a_clean_record_with_gaps_is_clean(spacecraft, gaps, channels):
         assert any('left out' in s for s in found.signs)
 
 
+@pytest.mark.slow
 def test_gaps_are_filled_as_a_large_effect_has_them(spacecraft):
     """A colour beside gaps is found without bias, and leaves no jump or impulse at their ends."""
     effect = parse_effect('excitation_colour:corner_hz=3')

@@ -171,6 +171,7 @@ def test_starts_follow_the_spacecraft():
     assert 90.0 < max(e.frequency_hz for e in starts) < 100.0
 
 
+@pytest.mark.slow
 def test_slosh_of_a_small_spacecraft_is_found():
     """At a mass of the packaged one its resonance would be a third higher."""
     slosh = 'fuel_slosh:mass_kg=0.2,frequency_hz=9.15,damping_ratio=0.0085,arm_m=0.5'

@@ -95,9 +95,10 @@ def test_modes_that_moved_on_their_own_are_told(freedoms, words):
     assert any(words in s for s in found.signs)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('channels, size, words', [
     (slice(1), 0.01, 'the gain of e1_'),
-    pytest.param(slice(2), 0.06, 'the gain of all of E', marks=pytest.mark.slow)])
+    (slice(2), 0.06, 'the gain of all of E')])
 def test_a_gain_that_follows_the_temperature_is_told(channels, size, words):
     """Its mean over the record is that of the model, so that no spectrum shows it."""
     samples = simulate_setup(inject(load_spacecraft(), (), 600.0), 6)

@@ -36,6 +36,7 @@ def test_what_is_not_on_the_path_gains_nothing(both):
     assert all(np.isnan(v.without) for v in both[0].values())
 
 
+@pytest.mark.slow
 def test_one_torque_of_the_spacecraft_says_little_of_gains_and_slosh():
     """The noise on its modes is not recorded; a controller had 50 times, a slosh a third."""
     found = identifiability(load_spacecraft(), 240.0, inputs=('torque_x',))

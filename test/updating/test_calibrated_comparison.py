@@ -43,7 +43,8 @@ def fitted(comparison, candidate):
 
 
 @pytest.mark.parametrize('text', [
-    'damping_scale:scale=0.5', 'stiffness_scale:scale=0.97', 'excitation_colour:corner_hz=8'])
+    pytest.param('damping_scale:scale=0.5', marks=pytest.mark.slow), 'stiffness_scale:scale=0.97',
+    'excitation_colour:corner_hz=8'])
 def test_a_large_effect_stands_where_errors_are_linear(text):
     """No step of the errors is left that bends the spectrum; directions are those beside it."""
     comparison, truth = compared(text, 3, forces=1.0)

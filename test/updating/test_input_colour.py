@@ -52,6 +52,7 @@ def test_the_next_healthy_record_is_within_the_floor(calibrated, tmp_path):
     assert diagnose(spacecraft, record(12, **CORNERS)).outcome == 'WITHIN_FLOOR'
 
 
+@pytest.mark.slow
 def test_gaps_filled_by_a_wrong_model_are_no_colour():
     """The corner was 8.6 of its deviations off, by what filled the gaps first; bound 5."""
     model = replace(craft.model(), noise_rms_m_s2=1e-5, uncertainty=Uncertainty(

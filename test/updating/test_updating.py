@@ -89,6 +89,7 @@ def test_errors_are_found_within_their_deviations():
     assert calibrated().explains and calibrated().checks[0].before > 0.1
 
 
+@pytest.mark.slow
 def test_short_gaps_of_a_healthy_record_are_filled_by_the_moved_model():
     """Filled by the model as it is declared, they cost 100 nats, and the record is refused."""
     whole = record(10)
@@ -186,6 +187,7 @@ def test_an_error_of_the_model_ties_with_an_effect_that_is_the_same():
     assert 'stiffness_scale' in diagnose(exact, simulate_setup(setup, 17)).verdict['class']
 
 
+@pytest.mark.slow
 def test_a_first_fit_goes_on_while_it_rises():
     """A soft hinge is far from a stiff one: the first eight steps gain 108 of 260 nats."""
     texts = [f'hinge_compliance:array=E2,stiffness_n_m_rad={k}' for k in (60_000, 12_000_000)]
@@ -222,6 +224,7 @@ def test_errors_take_back_what_an_effect_moves(text):
     assert np.abs(there / home - 1).max() < 0.05 * np.abs(before / home - 1).max()
 
 
+@pytest.mark.slow
 def test_errors_are_as_rare_as_they_are():
     """At its own calibration a model has usual errors; three deviations of each are not."""
     known = calibrated().spacecraft

@@ -13,8 +13,7 @@ def faults_beside_model(simulator, fitted, evidence):
         evidence)
     return faults_of_spectra(CrossSpectra(
         tuple(s.name for s in simulator.spacecraft.sensors), evidence.frame.frequencies_hz,
-        nominal, fitted, evidence.mean[0],
-        len(evidence.segments) / evidence.frame.inflation))
+        nominal, fitted, evidence.mean[0], len(evidence.segments) / evidence.frame.inflation))
 
 
 def faults_beside_recording(reference, record, recordings):

@@ -13,6 +13,7 @@ from ssi_ros.arrays import runs
 from ssi_ros.effects.base import lateness
 from ssi_ros.gap.spectra.segmentation import spectra, whole_frame
 from ssi_ros.gap.spectra.thresholds import LIMITS
+from ssi_ros.hermitian import definite, inverse_root
 from ssi_ros.updating.resonance_doubt import resonance_doubt
 from ssi_ros.weighted_sums import total_of
 
@@ -112,19 +113,17 @@ def reconstruct(simulator, fitted, samples, settings, missing=None, filters=None
         setup = simulator.setup(fitted.candidate, fitted.levels)
         frame = whole_frame(rows, setup.system.rate_hz, settings, EDGE_S)
         found = input_filter(simulator, setup, fitted.levels, frame)
-        filters[rows] = (frame, *found, np.linalg.cholesky(found[2]),
-                         resonance_doubt(simulator, setup, frame))
-    frame, (row, gain), (steady, steady_gain), inverse, excited, root, doubt = filters[rows]
+        filters[rows] = frame, *found, resonance_doubt(simulator, setup, frame)
+    frame, (row, gain), (steady, steady_gain), lower, inverse, excited, doubt = filters[rows]
     spectrum = spectra(samples, frame)[0]
     if simulator.late:
         spectrum = spectrum * lateness(simulator.late, frame.cycles).conj()
     values = np.einsum('kj,kj->k', row, spectrum) / gain
-    rest = np.einsum('kij,kj->ki', inverse, spectrum) - (
-        row.conj() * (values / gain)[:, None])
+    rest = np.einsum('kij,kj->ki', inverse, spectrum) - (row.conj() * (values / gain)[:, None])
     own = np.sqrt(np.maximum(np.einsum('kii->ki', inverse).real
                              - np.abs(row) ** 2 / gain[:, None] ** 2, 1e-300))
     power = np.einsum('ki,ki->k', spectrum.conj(), rest).real
-    white = np.einsum('kji,kj->ki', root.conj(), spectrum)
+    white = np.einsum('kij,kj->ki', lower, spectrum)
     return Reconstruction(
         frame.rate_hz, frame.rows, frame.first, values, gain, frame.taper, rest / own, own, power,
         white, excited, np.zeros(frame.rows, bool) if missing is None else missing, spectrum,
@@ -142,23 +141,25 @@ def sensitivity(simulator, setup, levels, rows, settings):
 
 def input_filter(simulator, setup, levels, frame):
     """
-    Return h^H S^-1 (k, l) and sqrt(h^H S^-1 h) (k,), S^-1 (k, l, l), of a frame of one segment.
+    Return h^H S^-1 (k, l) and sqrt(h^H S^-1 h) (k,), L^-1 and S^-1 (k, l, l), of one segment.
 
     First of an input held over each sample, then of one that is not, eq. (106a); at the end comes
     the share of the whitened power that the excitation makes.
     """
     spectrum = simulator.on(frame).spectrum(setup)
     driven = total_of(level * share[0] for level, share in zip(levels, spectrum.shares[:-1]))
-    total = total_of((driven, levels[-1] * spectrum.shares[-1][0], spectrum.fixed[0]))
+    noise = levels[-1] * spectrum.shares[-1][0]
+    total = definite(total_of((driven, noise, spectrum.fixed[0])), noise)
     del spectrum            # of half an hour one part is 20 MB
     if simulator.late:
         late = lateness(simulator.late, frame.cycles).conj()
         total, driven = (s * late[:, :, None] * late[:, None, :].conj() for s in (total, driven))
-    inverse = np.linalg.inv(total)
+    lower = inverse_root(total)
+    inverse = lower.conj().swapaxes(-1, -2) @ lower
     excited = np.einsum('kij,kji->', inverse, driven).real / inverse[..., 0].size
     rows = []
     for rate_hz in (setup.system.rate_hz, None):
         h = setup.system.transfer(frame.frequencies_hz, rate_hz, slice(1))[:, :, 0]
         row = np.einsum('ki,kij->kj', h.conj(), inverse)
         rows.append((row, np.sqrt(np.einsum('kj,kj->k', row, h).real)))
-    return *rows, inverse, float(excited)
+    return *rows, lower, inverse, float(excited)

@@ -63,6 +63,9 @@ def _grids(simulator, fitted, samples, settings):
     First the log likelihoods of slow noise, (sizes, times), then that of white noise, its best.
     """
     frame, known, inverse, beside = _noise(simulator, fitted, len(samples.values), settings)
+    # the plain mean is most of all what velocities at both ends differ by, which a taper takes out
+    level = frame.taper @ samples.values / frame.taper.sum()
+    samples = replace(samples, values=samples.values - level)
     filtered = np.einsum('kij,kj->ki', inverse, spectra(samples, frame)[0][known])
     for channel, x, (own, powers, *both) in zip(samples.channels, filtered.T, beside):
         power = np.float32(np.abs(x) ** 2 / own / frame.inflation)

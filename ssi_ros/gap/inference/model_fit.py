@@ -162,8 +162,7 @@ class _Place:
         if max(map(len, slopes)) > len(self.model):
             # one number makes the segments differ: all must be whitened one by one
             self.model = np.repeat(self.model, self.problem.evidence.frame.parts, axis=0)
-            self.whitened = self.uncertainty.taken_out(
-                whiten(self.model, self.problem.evidence))
+            self.whitened = self.uncertainty.taken_out(whiten(self.model, self.problem.evidence))
         whitened, uncertainty = self.whitened, self.uncertainty
         flat = whitened.directions(slopes)
         total = flat.reshape(len(flat), -1)

@@ -29,6 +29,8 @@ class InferenceLimits:
     # score_scatter
     short_segment: Threshold = Threshold(
         0.9, '1', 'simulation: python -m validation.gap_missing short; of the usual length')
+    leakage: Threshold = Threshold(
+        0.1, '1', 'simulation: a model of five channels and three inputs has 0.36, others 0.01')
     # parametric_bootstrap
     pooled_records: Threshold = Threshold(
         3.0, '1', 'engineering choice: weight of the variance of all scores, beside five records')

@@ -223,8 +223,7 @@ def _random(level, sampled, inputs, frame):
         turn = np.exp(1j * times * omega / frame.rate_hz)
         turned = np.fft.fft((frame.taper * turn ** np.arange(frame.rows)).conj(), 2 * frame.rows)
         overlap = np.fft.ifft(turned.conj() * tapered)[:frame.rows] * thinned
-        values = 2 * part * overlap[:, None, None] * autocovariance(
-            sampled, inputs, powers, turn)
+        values = 2 * part * overlap[:, None, None] * autocovariance(sampled, inputs, powers, turn)
         phase = frame.mean_of_parts(np.exp(1j * times * omega * frame.begins_s))
         few += [transform(values.real, 1.0, frame), transform(values.imag, 1.0, frame)]
         weights += [phase.real, -phase.imag]

@@ -16,15 +16,17 @@ from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.inference.model_fit import fit
 from ssi_ros.gap.spectra.segmentation import frame_of
 from ssi_ros.gap.spectra.thresholds import LIMITS
+from ssi_ros.hermitian import raised
 from ssi_ros.integrity.filling import draw
 
 BLOCK_S, BESIDE_S = 1200.0, 60.0        # filled at once, and used on both sides
 LAGS_S = 300.0          # at which autocovariances count in full: slow modes of short records
 ROUNDS = 5              # of filling and fitting the level, at most
 SETTLINGS = 16.0        # in a period: what lasts would end with it, and leak into all bins
-LEAST_NOISE = 1e-6      # of a channel, over the noise of the loudest
 LEAST_SHARE = 0.1       # by which fitted levels follow those of filled samples, at least
 LONGEST = 5.0           # step of the logarithm of a level that it comes to
+TOO_QUIET = ('the noise of the sensors in the model is too far below the motion for double '
+             'precision; give them a noise_rms of 1e-5 of the motion or more')
 OFFSETS = 3             # rounds of filling long gaps and taking the offset
 SEED = 41
 
@@ -82,7 +84,9 @@ def completed(simulator, samples, limits, settings, levels=None):
     found = moved = 0.0
     for i in range(ROUNDS):
         evidence = simulator.evidence(whole)
-        levels = fit(simulator, evidence).levels
+        if (alone := fit(simulator, evidence)) is None:
+            raise ValueError(TOO_QUIET)
+        levels = alone.levels
         if whole is samples or i == ROUNDS - 1:
             break
         before, found = found, np.append(np.log(levels[:-1] / level[:-1]), 0.0)
@@ -152,12 +156,7 @@ def spectrum(simulator, period, levels, candidate=Candidate()):
     found = _of_period(simulator, period, candidate, tuple(levels) if laws and (
         levels is not None) else None)
     levels = np.ones(len(found.names)) if levels is None else levels
-    values, vectors = np.linalg.eigh(found.at(levels)[0])
-    # no direction has less than the noise of the sensors, whatever rounding and fading say
-    noise = np.linalg.eigvalsh(found.shares[-1][0]) * levels[-1]
-    # a candidate may take all of one sensor's away
-    least = np.maximum(noise[:, :1], LEAST_NOISE * noise[:, -1:])
-    return (vectors * np.maximum(values, least)[:, None, :]) @ vectors.conj().swapaxes(-1, -2)
+    return raised(found.at(levels)[0], found.shares[-1][0] * levels[-1])
 
 
 @lru_cache(maxsize=1)

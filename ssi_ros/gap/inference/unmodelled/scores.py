@@ -35,8 +35,7 @@ def score_constant(templates, fitted, evidence, uncertainty, here=None):
     found = score(templates, fitted, evidence, uncertainty, here)
     z = found.z if uncertainty.heights else found.z / [c.scatter for c in found.effects]
     # more energy than expected, of few independent ones, means less damping
-    return replace(found, z=as_gaussian(
-        z, [-2 / np.sqrt(c.count) for c in found.effects]))
+    return replace(found, z=as_gaussian(z, [-2 / np.sqrt(c.count) for c in found.effects]))
 
 
 def score_drifts(here, fitted, evidence, uncertainty):

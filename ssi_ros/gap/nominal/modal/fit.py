@@ -164,8 +164,7 @@ class _Place:
     def slope(self, direction, step):
         """Return the change of the prediction along a direction of x."""
         moved = predict(self.around, self.forms, self.x + step * direction)
-        return self.without_levels(
-            self.root * whitened(moved.mean - self.base, self.lower)) / step
+        return self.without_levels(self.root * whitened(moved.mean - self.base, self.lower)) / step
 
     def gradient(self):
         """Return score and information, eq. (152)."""
