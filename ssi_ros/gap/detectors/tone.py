@@ -44,8 +44,7 @@ def detect_tone(effect, reconstruction):
     return Detection.of_effect(
         effect.within(frequency_hz=frequency_hz, torque_n_m=amplitude), p_value,
         f'The input has a line at {frequency_hz:.5g} Hz '
-        f'({np.sqrt(2 * rare[best]):.1f} standard deviations).',
-        stds=stds, trials=round(trials))
+        f'({np.sqrt(2 * rare[best]):.1f} standard deviations).', stds=stds, trials=round(trials))
 
 
 @deflection('harmonic_disturbance')

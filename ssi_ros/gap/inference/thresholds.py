@@ -1,7 +1,7 @@
 """Limits of the inference, each with its unit and its origin."""
 from dataclasses import dataclass
 
-from ssi_ros.gap.settings import Threshold
+from ssi_ros.quantity import choice, Threshold
 
 
 @dataclass(frozen=True)
@@ -9,18 +9,13 @@ class InferenceLimits:
     """Limits of decisions and widths of priors, in the order of the modules that use them."""
 
     # recorded_fit
-    smoothing: Threshold = Threshold(
-        30.0, 'nat', 'engineering choice: error of D where predictions differ in smoothness')
-    level_range: Threshold = Threshold(
-        1.5, 'log power', 'engineering choice: level around the median ratio of the bands')
+    smoothing: Threshold = choice(30.0, 'nat', 'error of D where predictions differ in smoothness')
+    level_range: Threshold = choice(1.5, 'log power', 'level around the median ratio of the bands')
     noise_loss: Threshold = Threshold(
         0.9, '1', 'engineering choice: share of the noise floor that may vanish as a nuisance')
-    noise_growth: Threshold = Threshold(
-        9.0, '1', 'engineering choice: floors that the noise may gain, 10 dB in all')
-    least_scatter: Threshold = Threshold(
-        0.05, '1', 'engineering choice: least share of a prediction that scatters')
-    most_scatter: Threshold = Threshold(
-        1.5, '1', 'engineering choice: most of it, where added power is negative')
+    noise_growth: Threshold = choice(9.0, '1', 'floors that the noise may gain, 10 dB in all')
+    least_scatter: Threshold = choice(0.05, '1', 'least share of a prediction that scatters')
+    most_scatter: Threshold = choice(1.5, '1', 'most of it, where added power is negative')
     # unmodelled
     distinct_modes: Threshold = Threshold(
         1e-3, '1', 'engineering choice: a smaller eigenvalue of correlations is rounding')
@@ -34,21 +29,17 @@ class InferenceLimits:
     # parametric_bootstrap
     pooled_records: Threshold = Threshold(
         3.0, '1', 'engineering choice: weight of the variance of all scores, beside five records')
-    asked_again: Threshold = Threshold(
-        0.05, '1', 'engineering choice: p-value of an anomaly that is simulated')
+    asked_again: Threshold = choice(0.05, '1', 'p-value of an anomaly that is simulated')
     # indirect_inference
     estimate_std: Threshold = Threshold(
         1.5, 'std', 'two of the standard deviation of a mean of two records, sqrt(1 / 2)')
-    estimate_level: Threshold = Threshold(
-        0.05, '1', 'engineering choice: share of a level, 0.2 dB')
+    estimate_level: Threshold = choice(0.05, '1', 'share of a level, 0.2 dB')
     # probable_errors
     corrected_std: Threshold = Threshold(
         4.0, 'std', 'engineering choice: how far an uncertain number may go from the model')
     # levels of a model
-    excitation_std: Threshold = Threshold(
-        1.4, 'log power', 'engineering choice: excitation known to 6 dB')
-    noise_std: Threshold = Threshold(
-        0.7, 'log power', 'engineering choice: sensor noise known to 3 dB')
+    excitation_std: Threshold = choice(1.4, 'log power', 'excitation known to 6 dB')
+    noise_std: Threshold = choice(0.7, 'log power', 'sensor noise known to 3 dB')
     excitation_db: Threshold = Threshold(
         30.0, 'dB', 'engineering choice: a wrong unit is likelier than five prior deviations')
     quiet_db: Threshold = Threshold(

@@ -25,6 +25,7 @@ from ssi_ros.tails import norm
 
 FIRST_STEPS = 4         # of a fit, before the best are chosen
 REFIT_STEPS = 3         # of a fit to a fold
+LITTLE = 0.05           # of the noise floor, more of it; at none the likelihood has a kink
 FOLDS = 2               # interleaved halves of the groups of segments
 PARTNERS = 4            # candidates that are tried beside the best one
 SHARED_TESTS = 3        # gap, scores and frequencies of modes
@@ -155,19 +156,20 @@ class RecordedComparison(Comparison):
         one, two, nominal = recordings.one, _record_without(recordings.two, forms), (
             recordings.nominal)
         same = start is not None and start.candidate.key == candidate.key
+        far = self.gap.deviations > LIMITS.far.value and sum(len(f.numbers) for f in forms) == 1
         if fold is not None:
             one, two = (_every_second(s, fold) for s in (one, two))
             found = fit(nominal.with_spectrum(one.mean),
                         Averages(two.mean, one.freedom, two.freedom), forms, start.state.x,
-                        REFIT_STEPS)
+                        REFIT_STEPS, far=far)
             # the prediction of all groups stands in where that of others cannot be
             return self._fit(candidate, replace(found, prediction=start.state.prediction))
-        x = start.state.x if same else self._start(forms, two)
+        x = start.state.x if same else self._start(forms, two, LITTLE * far)
         found = fit(nominal, Averages(two.mean, one.freedom, two.freedom), forms, x,
-                    STEPS if thorough else FIRST_STEPS, recordings.null.x)
+                    STEPS if thorough else FIRST_STEPS, recordings.null.x, far)
         return self._fit(candidate, found) if np.isfinite(found.likelihood) else None
 
-    def _start(self, forms, two):
+    def _start(self, forms, two, noise):
         """Return level, noise and coordinates at which a fit begins."""
         recordings, numbers = self.recordings, [x for f in forms for x in f.start]
         if not any(f.begin is not None or not f.numbers for f in forms):
@@ -175,7 +177,7 @@ class RecordedComparison(Comparison):
         # noise that stood in for an effect shall not stand in its way
         one = recordings.one
         level = distance(recordings.nominal, forms, numbers, two.mean, one.freedom, two.freedom)[1]
-        return np.append([level, 0.0], numbers)
+        return np.append([level, noise], numbers)
 
     def _fit(self, candidate, found):
         likelihood = found.far if self.gap.deviations > LIMITS.gross.value else found.likelihood

@@ -1,7 +1,7 @@
 """Limits of the spectra, each with its unit and its origin."""
 from dataclasses import dataclass
 
-from ssi_ros.gap.settings import Threshold
+from ssi_ros.quantity import choice, Threshold
 
 
 @dataclass(frozen=True)
@@ -12,15 +12,12 @@ class SpectraLimits:
     present: Threshold = Threshold(
         0.25, '1', 'engineering choice: share of a segment that is recorded, below which it is '
         'not used')
-    silent: Threshold = Threshold(
-        1e-3, '1', 'engineering choice: share of power in the silent bands, eq. (144)')
+    silent: Threshold = choice(1e-3, '1', 'share of power in the silent bands, eq. (144)')
     # imputation
-    gap_s: Threshold = Threshold(
-        1.0, 's', 'engineering choice: longest time that samples are lost at random or clipped')
+    gap_s: Threshold = choice(1.0, 's', 'longest time that samples are lost at random or clipped')
     filled_s: Threshold = Threshold(
         3.0, 's', 'longest gap that is filled: python -m validation.gap_missing effects')
-    level_change: Threshold = Threshold(
-        0.01, 'log power', 'engineering choice: 0.04 dB between two rounds of filling')
+    level_change: Threshold = choice(0.01, 'log power', '0.04 dB between two rounds of filling')
 
 
 LIMITS = SpectraLimits()

@@ -113,14 +113,13 @@ class _Place:
 
     Both recordings scatter. Templates around the reference alone would repeat its scatter, and a
     form that makes the prediction smoother would win by that; around the pooled estimate they
-    do not. So only slopes of the likelihood are known. LinAlgError where no such spectrum exists.
+    do not. So only slopes of the likelihood are known; but `far` from the record these may point
+    away from it, and the distance counts. LinAlgError where no such spectrum exists.
     """
 
-    value = None
-
-    def __init__(self, nominal, forms, x, record, bounds=None):
+    def __init__(self, nominal, forms, x, record, bounds=None, far=False):
         self.nominal, self.forms, self.x, self.record = nominal, forms, x, record
-        self.bounds = bounds
+        self.bounds, self.far = bounds, far
         self.prediction = predict(nominal, forms, x)
         mean = self.prediction.mean
         part = record.n_one / (record.n_one + record.n_two)
@@ -132,12 +131,13 @@ class _Place:
         self.base = predict(self.around, forms, x).mean
         self.raw = self.root * whitened(record.mean - mean, self.lower)
         self.residual = self.without_levels(self.raw)
+        self.value = _ratio(self.levelled, record, nominal.trust) if far else None
 
     def at(self, x):
         """Return the place at other coordinates, kept inside their ranges, or None."""
         try:
             return _Place(self.nominal, self.forms, np.clip(x, *self.bounds), self.record,
-                          self.bounds)
+                          self.bounds, self.far)
         except np.linalg.LinAlgError:
             return None
 
@@ -174,15 +174,21 @@ class _Place:
     def _gradient(self):
         steps = [*LEVEL_STEPS] + [n.start / 10 for f in self.forms for n in f.numbers]
         rows = np.array([self.slope(e, s) for e, s in zip(np.eye(len(self.x)), steps)])
-        return rows @ self.residual, rows @ rows.T
+        score = [self._rise(e) for e in np.diag(steps)] if self.far else rows @ self.residual
+        return np.array(score), rows @ rows.T
+
+    def _rise(self, step):
+        """Return the slope of the value along a coordinate, by places on both sides of a step."""
+        one, two = (self.at(self.x + s) or self for s in (step, -step))
+        return (one.value - two.value) / max(np.sum(one.x - two.x), 1e-300)
 
 
-def fit(nominal, record, forms=(), start=None, steps=STEPS, origin=None):
+def fit(nominal, record, forms=(), start=None, steps=STEPS, origin=None, far=False):
     """
     Solve for level, noise and coordinates of forms by damped Fisher scoring, (152), a `Fitted`.
 
     From `start` (2 + p,), in `steps` at most, to a record (Averages). The likelihood is counted
-    from `origin` (2,), level and noise alone; without, it is 0.
+    from `origin` (2,), level and noise alone; without, it is 0. `far`, it climbs by the distance.
     """
     forms, numbers = tuple(forms), [n for f in forms for n in f.numbers]
     level = level_of(nominal.spectrum, record.mean)[0]
@@ -197,7 +203,7 @@ def fit(nominal, record, forms=(), start=None, steps=STEPS, origin=None):
     # of other groups a start may take away more noise than there is: then without numbers
     for x in (start, np.append(start[0], np.zeros(len(start) - 1))):
         try:
-            here = _Place(nominal, forms, x, record, (low, high))
+            here = _Place(nominal, forms, x, record, (low, high), far)
             break
         except np.linalg.LinAlgError:
             continue

@@ -26,7 +26,8 @@ GRID = 3.0              # ratio of sizes that are tried
 SIZES = 10              # of either sign
 MOST_BANDS = 200        # that the grid uses
 IMPOSSIBLE = 1e9        # nats of what is no spectrum
-CLOSER = 1e-2           # share of a size to which it is refined
+CLOSER = 3e-3           # share of a range of sizes to which the nearest is known
+BESIDE = 1.1            # ratio of sizes that all bands are asked about
 
 
 def all_forms(nominal, names=None):
@@ -59,7 +60,8 @@ def nearest_forms(recordings, forms):
         if away < IMPOSSIBLE:
             best.setdefault(form.effect, []).append((form, away))
     chosen = [t for some in best.values() for t in some[:EACH]]
-    return [form for form, _ in sorted(chosen, key=lambda t: t[1])[:FINALISTS]]
+    return [refined(nominal, form, BESIDE, two.mean, one.freedom, two.freedom)[0]
+            for form, _ in sorted(chosen, key=lambda t: t[1])[:FINALISTS]]
 
 
 def moved_forms(nominal, record_modes, forms):
@@ -98,23 +100,24 @@ def bracketed(nominal, form, observed, n_one, n_two):
     """Return a form of one number, begun near its best size, and the mean distance there."""
     some, which = thinned(nominal)
     number, observed = form.numbers[0], observed[which]
-
-    def distance_at(x):
-        return distance(some, (form,), [x], observed, n_one, n_two)[0]
     sizes = number.start / GRID * GRID ** np.arange(SIZES)
     sizes = np.concatenate([-sizes[::-1], sizes])
     sizes = sizes[(sizes > number.low) & (sizes < number.high)]
-    values = [distance_at(x) for x in sizes]
+    values = [distance(some, (form,), [x], observed, n_one, n_two)[0] for x in sizes]
     best = int(np.argmin(values))
     if values[best] >= IMPOSSIBLE:
         return form, IMPOSSIBLE
-    x = sizes[best]
-    ends = sorted(np.clip([x / GRID, x * GRID], number.low, number.high))
-    found = minimize_scalar(distance_at, bounds=ends, method='bounded',
-                            options={'xatol': CLOSER * abs(x), 'maxiter': 20})
-    if found.fun < values[best]:
-        x, values[best] = float(found.x), float(found.fun)
-    return replace(form, begin=np.array([x])), values[best]
+    return refined(some, replace(form, begin=sizes[best:best + 1]), GRID, observed, n_one, n_two)
+
+
+def refined(nominal, form, ratio, *observed):
+    """Return a form of one number, begun where it is nearest to the record, and the distance."""
+    number, x = form.numbers[0], form.begin[0]
+    ends = sorted(np.clip([x / ratio, x * ratio], number.low, number.high))
+    found = minimize_scalar(
+        lambda at: distance(nominal, (form,), [at], *observed)[0], bounds=ends, method='bounded',
+        options={'xatol': CLOSER * (ends[1] - ends[0]), 'maxiter': 20})
+    return replace(form, begin=np.array([found.x])), float(found.fun)
 
 
 def begun(nominal, form, observed):
