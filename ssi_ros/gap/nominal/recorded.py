@@ -156,7 +156,9 @@ class RecordedComparison(Comparison):
         one, two, nominal = recordings.one, _record_without(recordings.two, forms), (
             recordings.nominal)
         same = start is not None and start.candidate.key == candidate.key
-        far = self.gap.deviations > LIMITS.far.value and sum(len(f.numbers) for f in forms) == 1
+        # of forces whose levels are free, a distance says less than slopes beside them
+        far = nominal.levels is None and self.gap.deviations > LIMITS.far.value and (
+            sum(len(f.numbers) for f in forms) == 1)
         if fold is not None:
             one, two = (_every_second(s, fold) for s in (one, two))
             found = fit(nominal.with_spectrum(one.mean),

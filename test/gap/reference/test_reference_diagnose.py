@@ -165,3 +165,19 @@ def test_bridge_halves_have_no_gap():
     rows = rows.T if rows.shape[0] < rows.shape[1] else rows
     both = [Samples(r, 15.0, tuple('abcde')) for r in np.array_split(rows, 2)]
     assert diagnose_reference(*both).outcome == 'WITHIN_FLOOR'
+
+
+@measured
+def test_one_sample_late_on_the_bridge_is_a_delay():
+    """The second half with one channel a sample late, 67 ms: within 5 %, and it is explained."""
+    rows = np.asarray(loadmat(DATA / 'BridgeData.mat')['rz'], float)
+    rows = rows.T if rows.shape[0] < rows.shape[1] else rows
+    one, two = (Samples(r, 15.0, tuple('abcde')) for r in np.array_split(rows, 2))
+
+    def late(values):
+        values[1:, 1] = values[:-1, 1].copy()
+        return values
+    found = diagnose_reference(one, changed(two, late))
+    assert found.outcome == 'EXPLAINED' and found.verdict['effects'] == ('channel_delay',)
+    delay = found.candidates[0].parameters['channel_delay.delay_s']
+    assert abs(delay.value - 1 / 15.0) < 0.05 / 15.0

@@ -60,8 +60,9 @@ def nearest_forms(recordings, forms):
         if away < IMPOSSIBLE:
             best.setdefault(form.effect, []).append((form, away))
     chosen = [t for some in best.values() for t in some[:EACH]]
-    return [refined(nominal, form, BESIDE, two.mean, one.freedom, two.freedom)[0]
-            for form, _ in sorted(chosen, key=lambda t: t[1])[:FINALISTS]]
+    chosen = [form for form, _ in sorted(chosen, key=lambda t: t[1])[:FINALISTS]]
+    return chosen if nominal.levels is not None else [
+        refined(nominal, f, BESIDE, two.mean, one.freedom, two.freedom)[0] for f in chosen]
 
 
 def moved_forms(nominal, record_modes, forms):
