@@ -67,7 +67,7 @@ def scatter_of(simulator, fitted, evidence, tests):
 
 
 def leaks(simulator, fitted):
-    """Return whether most of what channels do not share is from the ends of segments."""
+    """Return whether much of what channels do not share is from the ends of segments."""
     frame, expected = simulator.frame, fitted.plain.mean(axis=0)
     if simulator.recorded or _inputs(simulator, fitted) >= expected.shape[-1]:
         return False
@@ -80,6 +80,6 @@ def leaks(simulator, fitted):
 def _inputs(simulator, fitted):
     """Return how many random inputs a model has."""
     system = simulator.setup(fitted.candidate, fitted.levels).system
-    powers = sum(p.covariance(system.rate_hz, system.inputs) for p in system.excitation
-                 if hasattr(p, 'covariance'))
-    return np.count_nonzero(np.diag(powers))
+    random = [p for p in system.excitation if hasattr(p, 'covariance')]
+    return len({i for p in random for i in np.flatnonzero(
+        np.diag(p.covariance(system.rate_hz, system.inputs)))})
