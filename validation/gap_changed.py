@@ -1,5 +1,5 @@
 """
-Diagnose halves of measured records of which one channel of the second is changed.
+Diagnose halves of records, of the F-16 and of a simulated bridge, with one channel changed.
 
     SSI_ROS_DATA=FOLDER python -m validation.gap_changed
 """
@@ -7,13 +7,11 @@ from dataclasses import replace
 import time
 
 import numpy as np
-from scipy.io import loadmat
 from scipy.signal import butter, lfilter
 from ssi_ros.gap.driver import diagnose
 from ssi_ros.gap.nominal.recorded import RecordedNominal
-from ssi_ros.records import Samples
 
-from validation.gap_reference import data_folder, f16, halves
+from validation.gap_reference import bridge, data_folder, f16, halves
 from validation.report import table
 
 HEAD = 'record', 'put in', 'outcome', 'named', 'probability', 'size put in', 'found', 'CPU s'
@@ -26,9 +24,7 @@ def records(folder):
     """Yield name, both halves, and the corner of a low-pass [Hz]."""
     for level in (1, 5):
         yield (f'F-16 {level}', *halves(f16(level, folder)), 200 * CORNER[0])
-    rows = np.asarray(loadmat(folder / 'BridgeData.mat')['rz'], float)
-    rows = rows.T if rows.shape[0] < rows.shape[1] else rows
-    yield 'bridge', *halves(Samples(rows, 15.0, tuple('abcde'))), 7.5 * CORNER[1]
+    yield 'bridge', *halves(bridge(folder)), 7.5 * CORNER[1]
 
 
 def changes(rate_hz, corner_hz):

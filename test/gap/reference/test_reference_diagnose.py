@@ -22,6 +22,12 @@ def changed(samples, change):
     return Samples(change(values), samples.rate_hz, samples.channels)
 
 
+def bridge_halves():
+    rows = np.asarray(loadmat(DATA / 'BridgeData.mat')['rz'], float)
+    rows = rows.T if rows.shape[0] < rows.shape[1] else rows
+    return [Samples(r, 15.0, tuple('abcde')) for r in np.array_split(rows, 2)]
+
+
 @pytest.mark.parametrize('level', [1.0, 1.4])
 def test_another_record_of_the_same_structure_is_quiet(level):
     """Other seed, other level: no gap."""
@@ -161,18 +167,13 @@ def test_f16_the_joint_opens_with_level():
 @measured
 def test_bridge_halves_have_no_gap():
     """E. Cheynet's simulated bridge, 5 channels at 15 Hz, against itself."""
-    rows = np.asarray(loadmat(DATA / 'BridgeData.mat')['rz'], float)
-    rows = rows.T if rows.shape[0] < rows.shape[1] else rows
-    both = [Samples(r, 15.0, tuple('abcde')) for r in np.array_split(rows, 2)]
-    assert diagnose_reference(*both).outcome == 'WITHIN_FLOOR'
+    assert diagnose_reference(*bridge_halves()).outcome == 'WITHIN_FLOOR'
 
 
 @measured
 def test_one_sample_late_on_the_bridge_is_a_delay():
     """The second half with one channel a sample late, 67 ms: within 5 %, and it is explained."""
-    rows = np.asarray(loadmat(DATA / 'BridgeData.mat')['rz'], float)
-    rows = rows.T if rows.shape[0] < rows.shape[1] else rows
-    one, two = (Samples(r, 15.0, tuple('abcde')) for r in np.array_split(rows, 2))
+    one, two = bridge_halves()
 
     def late(values):
         values[1:, 1] = values[:-1, 1].copy()
