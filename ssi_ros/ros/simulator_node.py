@@ -149,6 +149,10 @@ class SimulatorNode(StageNode):
 
     def _next_block(self):
         self._block = next(self._blocks)
+        if self._start_ns is None:        # not before: nothing is due while the first is made
+            start_s = self.settings[0].start_s
+            self._start_ns = (round(start_s * 1e9) if start_s >= 0.0
+                              else time.time_ns() // 1_000_000 * 1_000_000)
         stamps = self._start_ns + self._block.stamps_ns()
         self._encoded = [encode_accel(stamps, self._block.values[:, i], name)
                          for i, name in enumerate(self._names)]
@@ -181,8 +185,6 @@ class SimulatorNode(StageNode):
         if self.sent == 0 and not self._audience.ready():
             return
         if self._start_ns is None:        # not before: the wait for readers is not simulated
-            self._start_ns = (round(settings.start_s * 1e9) if settings.start_s >= 0.0
-                              else time.time_ns() // 1_000_000 * 1_000_000)
             self._next_block()
         due = self._due(settings)
         if settings.duration_s:
