@@ -82,6 +82,7 @@ def resumed(base, to):
                  '--register', str(base / 'register.jsonl')])
 
 
+@pytest.mark.slow
 def test_a_lost_campaign_is_made_again_from_the_repository(evening, tmp_path):
     """Labels, commitment, answers and records of runs are those that were lost, to the byte."""
     base, _, before, failures = evening

@@ -24,6 +24,7 @@ def folder(tmp_path_factory):
     return folder
 
 
+@pytest.mark.slow
 def test_every_bag_has_its_own_input(folder, tmp_path, capsys):
     """The gain is named in the bag that has it; another input is another run."""
     words = ['diagnose', '--many', str(folder / 'bags'), '--model', str(folder / 'model.npz'),

@@ -145,6 +145,7 @@ def test_it_is_listed(run):
     assert 'sensor_gain (sensor)' in listed.stdout
 
 
+@pytest.mark.slow
 def test_it_is_injected_and_diagnosed(run, tmp_path):
     """A record with it is explained by it, not by the near effects of the library."""
     bag, out = str(tmp_path / 'bag'), tmp_path / 'd.json'

@@ -129,6 +129,7 @@ def test_few_values_at_rails_are_seen_on_all_channels_together():
     assert detect_in_samples(samples, library()) == ()
 
 
+@pytest.mark.slow
 def test_gaps_of_a_short_record_are_no_line_and_no_drift():
     """Of 100 s, in which the slowest mode falls to a third, 5 % lost in two gaps are no gap."""
     # lags beyond half of the record were faded: draws did not go on with the phase of that mode

@@ -193,6 +193,7 @@ def test_an_absent_channel_is_said(spacecraft):
     assert found.missing.channels == {'e2_b': 1.0}
 
 
+@pytest.mark.slow
 def test_an_effect_is_named_beside_gaps(spacecraft):
     """A gain, though a tenth of the rows is missing, and its interval covers it."""
     samples = without(record(spacecraft, 'sensor_gain:channel=e2_b,scale=1.04'), *GAPS,

@@ -61,6 +61,7 @@ def test_a_mass_is_tried_where_what_it_leaves_would_have_more():
     assert in_other_basins(parse_effect('sensor_gain:channel=e1_a,scale=1.1'), scores) == []
 
 
+@pytest.mark.slow
 def test_a_mass_in_a_wrong_basin_is_found_where_it_is():
     """Half of it near the root explained 1,562 nats, and was named; it explains 1,780."""
     craft = replace(load_spacecraft(), uncertainty=EXACT)

@@ -29,6 +29,7 @@ def test_cumulants_of_a_narrow_band_have_no_long_tail(order):
     assert np.mean(np.abs(found) > 3.0) < 5e-3
 
 
+@pytest.mark.slow
 def test_a_score_of_one_bin_has_the_tail_of_its_periodograms():
     """Ten of them, of two channels: three deviations as often as of a Gaussian."""
     taper = unit_taper(64, 1.0)

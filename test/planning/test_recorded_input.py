@@ -47,6 +47,7 @@ def test_one_torque_of_the_spacecraft_says_little_of_gains_and_slosh():
     assert min(t for t in times.values() if np.isfinite(t)) > 0.98
 
 
+@pytest.mark.slow
 def test_of_a_declared_gain_its_square_does_not_count():
     """One torque moves four channels alike, so that 0.6 % of one is large by its square alone."""
     model = load_spacecraft(Path(__file__).resolve().parents[2] / 'examples/torque.yaml')

@@ -9,6 +9,7 @@ from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from node_records import grid, identifier, LISTEN, RATE_HZ, START_NS
 import numpy as np
+import pytest
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from ssi_ros.bag import write_samples
 from ssi_ros.records import Samples
@@ -79,6 +80,7 @@ def test_missing_samples_are_said(bench):
     assert bench.words('identifier').count('samples missing') == 1
 
 
+@pytest.mark.slow
 def test_the_player_waits_for_a_reader_that_stands_still(bench, tmp_path):
     """A reader stops until the player cannot go on: all samples arrive, the player says it."""
     windows, health = identifier(bench, channels=['/accelerometer/a', '/accelerometer/b'],

@@ -18,6 +18,7 @@ from std_srvs.srv import Trigger
 NAMES = ('e1_a', 'e1_b', 'e2_a', 'e2_b')
 
 
+@pytest.mark.slow
 def test_too_many_missing_samples_give_no_verdict(bench):
     """A record that lacks a fifth of one channel is refused; the alarm never says it is quiet."""
     health = bench.collect(DiagnosticArray, '/diagnostics')

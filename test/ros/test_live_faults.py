@@ -6,6 +6,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import AccelStamped
 from node_records import grid, identifier, newest, START_NS
 import numpy as np
+import pytest
 from std_msgs.msg import Float64
 from test_nodes import resonance, said, Sender, status_of
 
@@ -55,6 +56,7 @@ def test_a_publisher_at_another_rate_is_followed(bench):
     assert not [w for w in windows if w.start_ns < later[0] and w.end_ns > later[130]]
 
 
+@pytest.mark.slow
 def test_hostile_stamps_are_bounded_and_said_once(bench):
     """Equal stamps, far ones, negative ones, another type: errors, no traceback, said once."""
     _, health = identifier(bench, channels=['/a', '/b', '/c', '/d'])

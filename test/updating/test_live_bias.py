@@ -34,6 +34,7 @@ def test_what_a_calibration_left_unknown_is_no_alarm(calibrated):
     assert highest(calibrated) < 0.0 < highest(taken_for_exact)
 
 
+@pytest.mark.slow
 def test_a_change_is_an_alarm_all_the_same(calibrated):
     """A gain of 10 %, a hundred times what is unknown of it."""
     assert highest(calibrated, 'sensor_gain:channel=e1_a,scale=1.1') > 0.0

@@ -34,6 +34,7 @@ def comparison():
             samples, DiagnosisSettings(), applicable(model), lambda share: None)
 
 
+@pytest.mark.slow
 def test_errors_move_to_where_the_record_has_them(comparison):
     """Towards the damping of the record, by deviations that the prior counts, step after step."""
     at = comparison.simulator.spacecraft.calibration.names.index('damping E1 1')
@@ -57,6 +58,7 @@ def test_errors_move_to_where_the_record_has_them(comparison):
     assert moved is None and abs(value) < 0.7 * OFF
 
 
+@pytest.mark.slow
 def test_simulated_records_are_of_the_model_where_it_stands(comparison):
     """Errors that a record moved by four deviations each are no evidence in its own floor."""
     prior, moved = comparison.here.prior, copy(comparison)

@@ -106,6 +106,7 @@ def test_a_mode_that_moved_inside_a_band_is_seen_and_one_that_stayed_is_not():
     assert still.p_value == 1.0 and not still.text
 
 
+@pytest.mark.slow
 def test_a_channel_that_sees_the_modes_otherwise_is_misplaced_and_no_gain():
     """One row of the shapes, each component by its own factor."""
     one, two = chain(84, SECONDS), chain(85, SECONDS)
