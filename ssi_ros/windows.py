@@ -23,6 +23,13 @@ def unit_taper(rows, share, periodic=False):
     return taper / np.sqrt(np.sum(taper ** 2))
 
 
+def centred(values):
+    """Return values (n, l) without their mean under a taper, which slow motion moves least."""
+    # a median follows the motion itself: what it leaves of an offset leaks into the lowest bins
+    taper = unit_taper(len(values), 1.0)
+    return values - taper @ values / taper.sum()
+
+
 def autocorrelation(tapers):
     """Return sum_n w_n w_(n+lag) of tapers (..., rows) at every lag, the mean over them."""
     rows = tapers.shape[-1]

@@ -36,6 +36,16 @@ def test_another_record_of_the_same_structure_is_quiet(level):
     assert found.verdict['effects'] == ()
 
 
+@pytest.mark.parametrize('seed', [34, 68])
+def test_an_offset_of_narrowband_motion_is_no_drift(seed):
+    """The median of a few modes is far from their mean; what it leaves is nothing slow."""
+    one, two = chain(seed), chain(seed + 1)
+    assert np.abs(np.median(two.values, axis=0)).max() > 0.02
+    assert diagnose_reference(one, two).outcome == 'WITHIN_FLOOR'
+    offset = changed(two, lambda v: v + [9.8, 0.0, -3.0])
+    assert diagnose_reference(one, offset).outcome == 'WITHIN_FLOOR'
+
+
 def test_a_gain_is_named_with_its_channel_and_size():
     """Channel b times 1.05."""
     found = diagnose_reference(chain(23), changed(chain(24), lambda v: v * [1.0, 1.05, 1.0]))
