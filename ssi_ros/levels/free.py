@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ssi_ros.gap.inference.goodness_of_fit import compare, divergence, floor_of_band
-from ssi_ros.gap.nominal.modal.fit import Averages, filtered, fit, residual_of, STEPS
+from ssi_ros.gap.nominal.modal.fit import Averages, filtered, fit, LITTLE, residual_of, STEPS
 from ssi_ros.gap.nominal.modal.reference import noise_floor, Nominal
 from ssi_ros.gap.nominal.modal.score_test import score_forms
 from ssi_ros.gap.nominal.modal.starting_values import all_forms, best_forms, bracketed
@@ -15,8 +15,9 @@ from ssi_ros.tails import chi2
 
 POINTS = 9              # of a band, over which its modes are averaged
 TRIED = 4               # effects at one level, that could explain as much as other levels do
+NEAREST = 2             # ways of each, as whether it acts on noise as well
 REPEATS = 2             # of the estimate of levels
-LEVELLED = 2            # of them, beside which levels are estimated
+LEVELLED = 3            # of them, beside which levels are estimated
 PADDING = 0.01          # of the power of a channel: what is below is noise, at another level
 
 
@@ -95,14 +96,21 @@ def at_free_levels(whole, effects):
     if equal and enough(base):
         return whole
     # an effect bends the levels that are estimated without it
-    tried = sorted(_tried(whole, base, all_forms(nominal, effects)), key=gap)
+    tried = [f for f in _tried(whole, base, all_forms(nominal, effects))
+             if np.isfinite(f.likelihood)]
+    tried.sort(key=gap)
     if equal and any(gap(f) < LIMITS.inside.value and enough(f) for f in tried):
         return whole
-    found = [r for f in (base, *tried[:LEVELLED]) for r in _levelled(whole, f, forces)]
-    away = [gap(f, r.one) + LIMITS.inside.value * bool(f.forms) for r, f in found]
+    found = [(whole, f) for f in tried]
+    found += [r for f in (base, *tried[:LEVELLED]) for r in _levelled(whole, f, forces)]
+    # what needs no other levels is as simple as levels without an effect
+    away = [gap(f, r.one) + LIMITS.inside.value * (
+        bool(f.forms) and not (r is whole and enough(f))) for r, f in found]
     # far from all of them levels mean nothing, as where modes are elsewhere
     near = min(away, default=np.inf) < LIMITS.gross.value
-    return found[int(np.argmin(away))][0] if near else None
+    best, fitted = found[int(np.argmin(away))] if near else (None, None)
+    apart = best is whole and abs(fitted.x[0]) >= LIMITS.other_level.value
+    return None if apart else best
 
 
 def _misfit(mean, one):
@@ -114,14 +122,18 @@ def _misfit(mean, one):
 def _tried(whole, base, forms):
     """Yield the fits of the effects that promise most at one level."""
     nominal, one, two, record = whole.nominal, whole.one, whole.two, whole.record
+    far = compare(one, two, base.prediction, nominal.trust).deviations > LIMITS.far.value
     best = best_forms(score_forms(nominal, base, one, two, forms))[:TRIED] if forms else ()
     for form in best:
+        found = [form]
         if len(form.numbers) == 1:
-            form = min((bracketed(nominal, f, two.mean, one.freedom, two.freedom)
-                        for f in (form, *form.variants)), key=lambda f: f[1])[0]
-        found = fit(nominal, record, (form,), np.append(base.x, form.start), STEPS, base.x)
-        if np.isfinite(found.likelihood):
-            yield found
+            found = [bracketed(nominal, f, two.mean, one.freedom, two.freedom)
+                     for f in (form, *form.variants)]
+            found = [f for f, _ in sorted(found, key=lambda f: f[1])[:NEAREST]]
+        climbs = far and len(form.numbers) == 1
+        for form in found:
+            start = np.append([base.x[0], LITTLE] if climbs else base.x, form.start)
+            yield fit(nominal, record, (form,), start, STEPS, base.x, climbs)
 
 
 def _levelled(whole, fitted, forces):

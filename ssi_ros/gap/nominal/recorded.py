@@ -13,7 +13,7 @@ from ssi_ros.gap.inference.goodness_of_fit import compare
 from ssi_ros.gap.nominal.forms.candidate import ModalCandidate
 from ssi_ros.gap.nominal.modal.candidates import (
     candidates_of, mixed, parameters_of, SHIFTED, singles)
-from ssi_ros.gap.nominal.modal.fit import Averages, fit, predict, STEPS
+from ssi_ros.gap.nominal.modal.fit import Averages, fit, LITTLE, predict, STEPS
 from ssi_ros.gap.nominal.modal.localisation import localised
 from ssi_ros.gap.nominal.modal.nonlinear_joint import joint, level_law
 from ssi_ros.gap.nominal.modal.starting_values import distance
@@ -25,7 +25,6 @@ from ssi_ros.tails import norm
 
 FIRST_STEPS = 4         # of a fit, before the best are chosen
 REFIT_STEPS = 3         # of a fit to a fold
-LITTLE = 0.05           # of the noise floor, more of it; at none the likelihood has a kink
 FOLDS = 2               # interleaved halves of the groups of segments
 PARTNERS = 4            # candidates that are tried beside the best one
 SHARED_TESTS = 3        # gap, scores and frequencies of modes

@@ -57,6 +57,16 @@ def test_a_gain_is_named_with_its_channel_and_size():
     assert max(found.where.site, key=found.where.site.get) == 'sensor'
 
 
+@pytest.mark.parametrize('scale, level', [(1.5, 1.0), (0.7, 2.0)])
+def test_a_large_gain_needs_no_forces_of_other_levels(scale, level):
+    """The noise of the samples is scaled as well; what one level explains frees no others."""
+    found = diagnose_reference(chain(23), changed(chain(24, level=level),
+                                                  lambda v: v * [1.0, scale, 1.0]))
+    assert (found.outcome, found.verdict['effects']) == ('EXPLAINED', ('sensor_gain',))
+    value = found.candidates[0].parameters['sensor_gain.scale'].value
+    assert value == pytest.approx(scale, rel=0.01)
+
+
 def test_one_softer_mode_is_told_as_structure_and_as_that_mode():
     """The second mode is 4 % softer."""
     found = diagnose_reference(chain(25), chain(26, scale=(1.0, 0.96, 1.0)))

@@ -37,9 +37,10 @@ def gain(nominal):
     """Yield a factor of each channel; with one channel it is the level."""
     for c, name in enumerate(nominal.channels):
         if len(nominal.channels) > 1:
-            yield Form({'channel': name}, (
+            form = Form({'channel': name}, (
                 Number('scale', '1', 0.01, -0.99, 20, lambda x: 1 + x),),
                 lambda n, x, c=c: (filter_of(n, c, np.full(n.cut.bands, 1 + x[0])), None))
+            yield replace(form, variants=(replace(form, on_samples=True),))
 
 
 @modal_form('sensor_crosstalk')

@@ -15,6 +15,7 @@ STEPS = 12
 NODES = 6               # of the integral of a score
 LEVEL_STEPS = 0.01, 0.05        # of level and noise, for a difference quotient
 PROBE = 1e-2            # share of a way for a difference quotient
+LITTLE = 0.05           # of the noise floor, more of it; at none the distance has a kink
 MOST_TURN = 4.0         # power by which levels may differ from those that a fit began at
 
 
