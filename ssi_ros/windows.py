@@ -23,10 +23,8 @@ def unit_taper(rows, share, periodic=False):
     return taper / np.sqrt(np.sum(taper ** 2))
 
 
-def centred(values):
-    """Return values (n, l) without their mean under a taper, which slow motion moves least."""
-    # a median follows the motion itself: what it leaves of an offset leaks into the lowest bins
-    taper = unit_taper(len(values), 1.0)
+def centred(values, taper):
+    """Return values (n, l) without their mean under a taper (n,): slow motion moves it least."""
     return values - taper @ values / taper.sum()
 
 

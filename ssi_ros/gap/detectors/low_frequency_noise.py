@@ -16,6 +16,7 @@ from ssi_ros.gap.comparison import Detection
 from ssi_ros.gap.detectors.thresholds import LIMITS
 from ssi_ros.gap.spectra.segmentation import spectra, whole_frame
 from ssi_ros.tails import chi2
+from ssi_ros.windows import centred
 
 SLOWEST = 2             # lowest bins of the record, not used: its mean disturbs them
 AROUND = 3.0            # bins not used on both sides of a mode that does not settle
@@ -64,8 +65,7 @@ def _grids(simulator, fitted, samples, settings):
     """
     frame, known, inverse, beside = _noise(simulator, fitted, len(samples.values), settings)
     # the plain mean is most of all what velocities at both ends differ by, which a taper takes out
-    level = frame.taper @ samples.values / frame.taper.sum()
-    samples = replace(samples, values=samples.values - level)
+    samples = replace(samples, values=centred(samples.values, frame.taper))
     filtered = np.einsum('kij,kj->ki', inverse, spectra(samples, frame)[0][known])
     for channel, x, (own, powers, *both) in zip(samples.channels, filtered.T, beside):
         power = np.float32(np.abs(x) ** 2 / own / frame.inflation)

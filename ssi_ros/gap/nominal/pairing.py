@@ -10,7 +10,7 @@ from ssi_ros.gap.spectra.band_averages import FEW_ROWS, SEGMENT_ROWS, SEGMENT_S,
 from ssi_ros.gap.spectra.thresholds import LIMITS as SPECTRA
 from ssi_ros.integrity.filling import filled_alike
 from ssi_ros.integrity.missing import best_channels, missing_of, parts_between
-from ssi_ros.windows import centred
+from ssi_ros.windows import centred, unit_taper
 
 SAME_RATIO = 2e-4       # how near the ratio of two other rates must be to whole numbers
 SAME_RATE = 5e-3        # rates nearer than this are one clock's, as the stamps show it
@@ -77,7 +77,8 @@ def make_pair(reference, record):
     one, two = (filled_alike(v, f, rows) if f.any() else v for v, f in zip((one, two), filled))
     if filled[0].any():
         changes = [*changes, f'{missing_of(reference).text}, in the reference']
-    one, two = centred(one), centred(two)
+    # a median follows the motion itself: what it leaves of an offset leaks into the lowest bands
+    one, two = (centred(v, unit_taper(len(v), 1.0)) for v in (one, two))
     return Pair(one, two, rate_hz, channels, short, filled, tuple(notes + changes))
 
 
