@@ -81,6 +81,7 @@ def test_replay_ends_with_the_bag_and_loses_nothing(launched, tmp_path):
     assert 'received [15000, 15000, 15000, 15000], missing [0, 0, 0, 0]' in said
 
 
+@pytest.mark.slow
 def test_monitor_ends_with_the_recorder(launched, tmp_path):
     """What is simulated is recorded without a loss; without the recorder nothing goes on."""
     bag = tmp_path / 'bag'

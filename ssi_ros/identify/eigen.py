@@ -97,12 +97,12 @@ def output_eigen(a, c):
     rows = np.array(c * balance, order='F')
     real, imag, vectors = np.empty(n), np.empty(n), np.empty((n, n), order='F')
     work = np.empty(max(3, width, 32) * n)
-    numbers, (size, l, one, room, fault) = _integers(n, width, 1, len(work), 0)
+    numbers, (size, rows_c, one, room, fault) = _integers(n, width, 1, len(work), 0)
     h_at, rows_at, work_at, out = (x.ctypes.data for x in (h, rows, work, vectors))
-    _dormhr(b'R', b'N', l, size, one, size, h_at, size, tau.ctypes.data, rows_at, l, work_at, room,
-            fault)
-    _dlahqr(one, one, size, one, size, h_at, size, real.ctypes.data, imag.ctypes.data, one, l,
-            rows_at, l, fault)
+    _dormhr(b'R', b'N', rows_c, size, one, size, h_at, size, tau.ctypes.data, rows_at, rows_c,
+            work_at, room, fault)
+    _dlahqr(one, one, size, one, size, h_at, size, real.ctypes.data, imag.ctypes.data, one,
+            rows_c, rows_at, rows_c, fault)
     if numbers[4]:                    # not converged: as rare as it is for dgeev
         real, imag, _, vectors, _ = dgeev(kept, compute_vl=0)
         return real, imag, c @ vectors

@@ -261,6 +261,6 @@ def faults_of_inputs(simulator, samples):
         return ()
     what = 'a wrong sign' if abs(np.log(abs(factor))) < np.log(LIMITS.factor.value) else (
         'another unit' if factor > 0 else 'a wrong sign and another unit')
-    return (Fault('input', {n: factor for n in recorded.names},
+    return (Fault('input', dict.fromkeys(recorded.names, factor),
                   f'The recorded input {", ".join(recorded.names)} has {what}: the channels '
                   f'follow it times {factor:.3g}.', 0.0),)

@@ -143,6 +143,7 @@ def test_an_archived_answer_is_not_replaced(evening, tmp_path):
     assert git(base / 'repository', 'rev-parse', 'HEAD') == head
 
 
+@pytest.mark.slow
 def test_a_second_try_is_on_record(evening, tmp_path):
     """Where it is asked for, the crashed case is run again, and its record says so."""
     base, how, before, failures = evening

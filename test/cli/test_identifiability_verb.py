@@ -3,11 +3,13 @@ import json
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 from ssi_ros.cli._table import fitted
 from ssi_ros.cli.main import main
 from ssi_ros.report.parts import deviations
 
 
+@pytest.mark.slow
 def test_table_and_page(tmp_path, capsys):
     """Every effect has a row, mirrored places share one, and the page has the cosines."""
     files = {n: tmp_path / f'i.{n}' for n in ('html', 'json')}

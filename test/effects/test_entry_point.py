@@ -161,6 +161,7 @@ def test_it_is_injected_and_diagnosed(run, tmp_path):
     assert abs(value['value'] - 1.1) < 5 * value['std']
 
 
+@pytest.mark.slow
 def test_its_detector_is_asked(run, tmp_path):
     """An effect that no spectrum shows is found by the detector in its own file."""
     bag, out = str(tmp_path / 'bag'), tmp_path / 'd.json'

@@ -32,7 +32,7 @@ def record(spacecraft, *texts, seed=21, duration_s=SECONDS):
     ('array_asymmetry:array=E2,scale=0.98', 'structure'),
     ('sensor_gain:channel=e2_b,scale=1.04', 'sensor'),
     ('channel_delay:channel=e1_b,delay_s=0.002', 'sensor'),
-    ('saturation:limit_m_s2=0.08', 'sensor'),
+    pytest.param('saturation:limit_m_s2=0.08', 'sensor', marks=pytest.mark.slow),
     ('quantisation:step_m_s2=0.002', 'sensor'),
     pytest.param('dropped_samples:fraction=0.03', 'timing', marks=pytest.mark.slow)])
 def test_the_effect_is_named_with_its_size(text, site, spacecraft):

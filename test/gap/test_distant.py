@@ -48,6 +48,7 @@ def test_the_most_likely_kinds_come_at_all_their_sizes():
     assert len(asked) == len(set(asked))
 
 
+@pytest.mark.slow
 def test_a_sensor_a_metre_from_its_place_is_found():
     """Its scores said noise and a low-pass, of which 100 deviations were left."""
     spacecraft = replace(load_spacecraft(), uncertainty=EXACT)

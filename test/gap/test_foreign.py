@@ -43,7 +43,7 @@ def test_without_an_effect_it_is_quiet(model, seconds):
     (BUILDING, 1800.0, 'sensor_gain:channel=gnss,scale=1.03'),
     (BUILDING, 1800.0, 'point_mass:freedom=floor_4,share=0.08'),
     (BRIDGE, 600.0, 'point_mass:freedom=north_mid,share=0.01'),
-    (BRIDGE, 600.0, 'mode_damping:mode=2,scale=1.6'),
+    pytest.param(BRIDGE, 600.0, 'mode_damping:mode=2,scale=1.6', marks=pytest.mark.slow),
     (BRIDGE, 600.0, 'sensor_gain:channel=strain_14,scale=0.97')])
 def test_an_effect_is_named_with_its_place_and_size(model, seconds, text):
     """The right effect at the right place, and its size within four standard deviations."""

@@ -217,7 +217,8 @@ def test_a_recording_as_nominal_takes_gaps_too(spacecraft):
 @pytest.mark.parametrize('text, named', [
     ('', []), pytest.param('dropped_samples:fraction=0.08', ['dropped_samples'],
                            marks=pytest.mark.slow),
-    ('timestamp_jitter:rms_s=0.0005', ['timestamp_jitter'])])
+    pytest.param('timestamp_jitter:rms_s=0.0005', ['timestamp_jitter'],
+                 marks=pytest.mark.slow)])
 def test_channels_that_are_read_one_beside_the_other(spacecraft, text, named):
     """They are compared as they were read: lost rows cost no more, jitter is of each instant."""
     late = (0.0, 0.31, -0.46, 0.12)

@@ -93,6 +93,7 @@ def test_calibration(given, tmp_path, capsys):
     assert {p.name for p in tmp_path.iterdir()} == {'c.npz', 'c.html'}
 
 
+@pytest.mark.slow
 def test_many_bags(given, tmp_path, capsys):
     """The table on the terminal and in CSV: one line a bag, and no formula of a spreadsheet."""
     pytest.importorskip('dask.distributed')

@@ -296,6 +296,7 @@ def test_windows_by_default(record):
     assert 15 <= len(windows) <= 25
 
 
+@pytest.mark.slow
 def test_verbs_write_pages(tmp_path, capsys):
     """`report` and `diagnose --html --markdown` write what they say."""
     bag = tmp_path / 'short'

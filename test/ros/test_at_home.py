@@ -126,6 +126,7 @@ def test_an_inactive_node_says_so(bench):
     assert texts(health) == {('identifier: node', 'inactive: configured, waits for activation')}
 
 
+@pytest.mark.slow
 def test_modes_are_latched(bench, tmp_path):
     """Who subscribes after the last window still gets it."""
     windows, _ = identifier(bench, channels=['/accelerometer/a', '/accelerometer/b'])

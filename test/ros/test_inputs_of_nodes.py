@@ -64,6 +64,7 @@ def test_a_gain_that_only_the_input_shows(bench, model):
         wanted.values[at, 0], abs=1e-9 * np.abs(wanted.values).max())
 
 
+@pytest.mark.slow
 def test_an_input_that_does_not_come_is_said(bench, model):
     """The diagnosis is refused in one sentence that names the topic."""
     gap_node(bench, model, ['/nowhere:wrench.force.x=motor'])

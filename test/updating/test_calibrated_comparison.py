@@ -43,7 +43,8 @@ def fitted(comparison, candidate):
 
 
 @pytest.mark.parametrize('text', [
-    pytest.param('damping_scale:scale=0.5', marks=pytest.mark.slow), 'stiffness_scale:scale=0.97',
+    pytest.param('damping_scale:scale=0.5', marks=pytest.mark.slow),
+    pytest.param('stiffness_scale:scale=0.97', marks=pytest.mark.slow),
     'excitation_colour:corner_hz=8'])
 def test_a_large_effect_stands_where_errors_are_linear(text):
     """No step of the errors is left that bends the spectrum; directions are those beside it."""
@@ -76,6 +77,7 @@ def test_errors_that_were_fitted_with_a_candidate_are_not_moved_again():
     assert alone.side(found) is side
 
 
+@pytest.mark.slow
 def test_a_volume_of_errors_counts_beside_an_effect():
     """Half the damping makes frequencies twice as sure: that is what the evidence pays for."""
     comparison, truth = compared('damping_scale:scale=0.5', 5)

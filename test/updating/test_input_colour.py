@@ -27,6 +27,7 @@ def calibrated():
     return calibrate(craft.model(), [record(11, **CORNERS)])
 
 
+@pytest.mark.slow
 def test_a_corner_that_the_model_does_not_state_is_found(calibrated):
     """Within what is said of it; the recording is explained, and the sentence names the corner."""
     found = calibrated.spacecraft.excitation

@@ -119,6 +119,7 @@ def test_a_delay_of_a_channel_turns_changes_with_their_spectrum(directions):
     assert np.abs(found - directions).max() > 0.1
 
 
+@pytest.mark.slow
 def test_projections_are_orthogonal_and_keep_what_is_constant():
     """Products of what is constant in every run stay; so do sums of traces of cubes."""
     rng = np.random.default_rng(8)

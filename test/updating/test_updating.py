@@ -76,6 +76,7 @@ def test_a_wrong_calibration_is_an_error(names, values, words):
         assemble(replace(model(), calibration=Calibration(names, values)))
 
 
+@pytest.mark.slow
 def test_errors_are_found_within_their_deviations():
     """Frequencies off by many line widths are found, each known as well as it says."""
     fit = calibrated().fit
@@ -150,6 +151,7 @@ def test_several_recordings_add_their_scatter():
     assert np.all(np.diag(both.spacecraft.calibration.covariance) >= both.scatter ** 2)
 
 
+@pytest.mark.slow
 def test_a_model_alone_may_be_as_wrong_as_it_declares():
     """Without a healthy recording, and at other levels: no alarm."""
     quiet = diagnose(model(), record(15, torque=1.5, process=0.7))

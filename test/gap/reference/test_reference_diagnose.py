@@ -83,6 +83,7 @@ def test_all_frequencies_alike_are_tied_with_the_clock():
     assert any('clock' in s for s in found.separate_by)
 
 
+@pytest.mark.slow
 def test_modes_that_moved_far_are_followed():
     """A third less stiffness everywhere: modes lie where the reference has none."""
     found = diagnose_reference(chain(27), chain(28, scale=(0.67, 0.67, 0.67)))
@@ -166,6 +167,7 @@ def test_the_verb_takes_two_bags_and_writes_the_fixed_schema(tmp_path, capsys):
     assert 'give --model as well' in capsys.readouterr().err
 
 
+@pytest.mark.slow
 @measured
 def test_f16_the_joint_opens_with_level():
     """Noel and Schoukens 2017: level 1 is linear; at level 5 clearance and friction open."""
