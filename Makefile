@@ -27,7 +27,7 @@ demo: $(VENV)/.ready  ## simulate, identify live, record to MCAP, replay, compar
 test test-slow test-oldest: export OMP_NUM_THREADS = 1
 
 test: $(VENV)/.ready  ## all tests: what runs by the clock first, then the rest on up to four cores
-	@$(BIN)/python -m pytest test -m 'by_the_clock and not slow' --numprocesses=2 --dist=loadfile \
+	@$(BIN)/python -m pytest test -m 'by_the_clock and not slow' --numprocesses=3 --dist=loadfile \
 	  --max-worker-restart=0
 	@$(BIN)/python -m pytest test -m 'not by_the_clock and not slow' --numprocesses=logical --maxprocesses=4 --dist=loadfile \
 	  --max-worker-restart=0
