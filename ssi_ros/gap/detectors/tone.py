@@ -1,12 +1,12 @@
 """Lines: a sine of the input, and a line that no input makes, eq. (106)."""
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from ssi_ros.effects.registry import deflection, detects
 from ssi_ros.gap.comparison import Detection
 from ssi_ros.gap.detectors.thresholds import LIMITS
-from ssi_ros.tails import gamma, tail_of_highest
-from ssi_ros.updating.resonance_doubt import discounted
+from ssi_ros.tails import chi2, gamma, tail_of_highest
+from ssi_ros.updating.resonance_doubt import beside_neighbours, discounted, NEIGHBOURS
+from ssi_ros.windows import peak_near
 
 BETWEEN = 1.5           # independent frequencies a bin, where those between two are searched too
 
@@ -25,14 +25,14 @@ def detect_tone(effect, reconstruction):
     # a strong line has raised the levels that the input was whitened by
     scale = np.median(power[::2]) / np.log(2)
     power /= scale
-    rare = discounted(power, np.interp(np.arange(len(power)) / 2, np.arange(len(one.doubt)),
-                                       one.doubt))
+    doubt = np.interp(np.arange(len(power)) / 2, np.arange(len(one.doubt)), one.doubt)
+    rare = beside_neighbours(discounted(power, doubt), np.log(2), 2 * NEIGHBOURS)
     best = int(np.argmax(rare))
     trials = BETWEEN * len(one.machine)
     p_value = tail_of_highest(rare[best], trials)
     if p_value > LIMITS.p_value.value:
         return None
-    frequency, top = _peak(series[:one.rows], best / 2 + one.first)
+    frequency, top = peak_near(series[:one.rows], best / 2 + one.first)
     top /= scale
     gain = np.interp(frequency, np.arange(one.first, last), one.machine_gain)
     height = np.sqrt(scale * max(top - 1.0, 0.0))
@@ -56,8 +56,9 @@ def tone_deflection(effect, sensitivity):
 def anomalous_line(reconstruction):
     """Detect a line that no input makes: power beside the response to the input."""
     trials = BETWEEN * len(reconstruction.power)
-    chances = gamma.sf(discounted(reconstruction.power, reconstruction.doubt),
-                       reconstruction.white.shape[1] - 1)
+    free = reconstruction.white.shape[1] - 1
+    chances = gamma.sf(beside_neighbours(discounted(
+        reconstruction.power, reconstruction.doubt), chi2.isf(0.5, 2 * free) / 2), free)
     best = int(np.argmin(chances))
     p_value = float(min(1.0, trials * chances[best]))
     if p_value >= LIMITS.p_value.value:
@@ -66,15 +67,3 @@ def anomalous_line(reconstruction):
     return Detection('', {'frequency_hz': at}, p_value,
                      f'The record has a line at {at:.5g} Hz that no input makes.',
                      trials=round(trials), basis='line')
-
-
-def _peak(series, near):
-    """Return where the power of a series, (n,), is highest near a line, and how high, in lines."""
-    # a parabola through three lines would be up to 6 % too high
-    share = np.arange(len(series)) / len(series)
-
-    def power(line):
-        return np.abs(series @ np.exp(-2j * np.pi * (line * share))) ** 2
-    found = minimize_scalar(lambda line: -power(line), bounds=(near - 0.5, near + 0.5),
-                            method='bounded', options={'xatol': 1e-3})
-    return float(found.x), float(power(found.x))

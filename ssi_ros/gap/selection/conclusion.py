@@ -18,6 +18,8 @@ from ssi_ros.quantity import p_value_text
 from ssi_ros.tails import norm
 
 NOWHERE = (float('nan'),) * 3
+TRACES = ('The gap is large: lines, chirps and changes that are detected beside it may be traces '
+          'of it.')
 NO_VERDICT = {'effects': (), 'class': (), 'probability': 0.0}
 
 
@@ -51,8 +53,10 @@ class Case:
             shown = tuple(d for d in self.found.detections if d.effect in names)
             shown += self.residual.detections + self.residual.anomalies
         # the open-set test also returns what is probable
-        return self.comparison.notes + tuple(
-            d.text for d in shown if d.text and _corrected(d) <= LIMITS['shown'].value)
+        said = tuple(d.text for d in shown if d.text and _corrected(d) <= LIMITS['shown'].value)
+        left = (self.residual or self.found).gap.deviations
+        far = said and left > LIMITS['far'].value
+        return self.comparison.notes + said + (TRACES,) * bool(far)
 
 
 def no_gap(case):
