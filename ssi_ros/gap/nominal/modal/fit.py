@@ -39,6 +39,7 @@ class Prediction:
 
     mean: np.ndarray        # (b, l, l), S' of eq. (145)
     scatters: np.ndarray    # (b, l, l), part that scatters as the reference; the rest is smooth
+    gain: np.ndarray = None         # (b, l, l), of all filters of the forms, None without any
 
     def freedom(self, n_one):
         """Return the effective number of independent spectra behind it, shape (b,), eq. (150)."""
@@ -74,7 +75,7 @@ class Fitted:
 
 def predict(nominal, forms, x):
     """Return what the spectrum of a reference becomes, eq. (145), a Prediction."""
-    noise = np.diag(nominal.floor)
+    noise, total = np.diag(nominal.floor), None
     # filters act on all that scatters; the noise that they must not change is put back
     spectrum, still, at = nominal.spectrum, noise, 2
     fixed = np.zeros_like(nominal.spectrum)
@@ -82,12 +83,15 @@ def predict(nominal, forms, x):
         numbers = x[at:at + len(form.numbers)]
         gain, added = form.change(nominal, numbers)
         spectrum = filtered(gain, spectrum)
+        if gain is not None and gain.ndim < 4:      # the mean of many is no filter
+            total = gain if total is None else gain @ total
         still = still if form.on_samples else filtered(gain, still)
         if added is not None:
             fixed = fixed + added
         at += len(form.numbers)
     level = np.exp(x[0])
-    return Prediction(level * (spectrum + fixed + noise - still) + x[1] * noise, level * spectrum)
+    return Prediction(level * (spectrum + fixed + noise - still) + x[1] * noise, level * spectrum,
+                      total)
 
 
 def filtered(gain, spectrum):
@@ -125,7 +129,10 @@ class _Place:
         mean = self.prediction.mean
         part = record.n_one / (record.n_one + record.n_two)
         factor = np.linalg.cholesky(part * mean + (1 - part) * record.mean)
-        bend = factor @ inverse_root(mean)
+        bend, gain = factor @ inverse_root(mean), self.prediction.gain
+        if gain is not None:
+            # filters act after it: what they make of the reference becomes the pooled estimate
+            bend = np.linalg.solve(gain, bend @ gain)
         self.root = np.sqrt(record.weight)
         self.lower = whitener(factor, nominal.trust)
         self.around = nominal.with_spectrum(filtered(bend, nominal.spectrum))
