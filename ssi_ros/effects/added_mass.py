@@ -18,7 +18,7 @@ class AddedMass(Effect):
     starts = {'mass_kg': (0.01,), 'along_m': (
         0.8, 1.4, 2.0, 2.7, 3.3, 4.0, 4.6, 5.3, 6.0, 6.6, 7.2, 7.7), 'lateral_m': (-0.6, 0.0, 0.6)}
     follows = {'mass_kg': 'mass', 'along_m': 'length', 'lateral_m': 'width'}
-    patterns = (ModalPattern.MODE_FREQUENCIES,)
+    patterns = ModalPattern.MODE_FREQUENCIES, ModalPattern.CHANNEL_SHAPE
 
     array: str = quantity('E1', doc='array')
     mass_kg: float = quantity(0.0, unit='kg', low=0.0, high=1e3, doc='mass')

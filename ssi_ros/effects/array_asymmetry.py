@@ -15,7 +15,7 @@ class ArrayAsymmetry(Effect):
     size = 'scale'
     reference = 'Leissa, J. Sound Vib. 31(3) 1973: Omega^2 is proportional to D'
     starts = {'scale': (0.998, 1.002)}
-    patterns = (ModalPattern.MODE_FREQUENCIES,)
+    patterns = ModalPattern.MODE_FREQUENCIES, ModalPattern.CHANNEL_SHAPE
     needs = 'geometry', 'arrays'
 
     array: str = quantity('E1', doc='array')

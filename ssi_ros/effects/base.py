@@ -44,7 +44,7 @@ class ModalPattern(str, Enum):
     HARDENING = 'natural frequencies that rise with the amplitude'
     SOFTENING = 'natural frequencies that fall with the amplitude'
     NEW_MODE = 'a mode that the recording before did not have'
-    CHANNEL_SHAPE = 'components of the mode shapes changed at one channel'
+    CHANNEL_SHAPE = 'components of the mode shapes changed at one channel, or near it'
     COMMON_FILTER = 'one filter on all channels'
     CHANNEL_FILTER = 'a filter or a gain on one channel'
     CHANNEL_NOISE = 'noise added to one channel'
@@ -226,7 +226,7 @@ class Effect:
     def opposite(self):
         """Return it with the other sign in a tuple, if that may be as likely; else nothing."""
         # of channels that show nearly the same, what differs goes by the square of such a size
-        mixes = {ModalPattern.CHANNEL_FILTER, ModalPattern.CHANNEL_SHAPE} & set(self.patterns)
+        mixes = {ModalPattern.CHANNEL_FILTER, ModalPattern.CHANNEL_SHAPE} & set(self.patterns[:1])
         sizes = [f for f in self.numbers() if f.name in (self.size, *self.together)]
         if not mixes or self.one_sided() or not all(math.isfinite(f.default) for f in sizes):
             return ()

@@ -20,7 +20,7 @@ class ConnectionStiffness(Effect):
     reference = 'Przemieniecki, Theory of Matrix Structural Analysis, 1968 (spring element)'
     starts = {'share': (-0.002, 0.002)}
     needs = ('points',)
-    patterns = (ModalPattern.MODE_FREQUENCIES,)
+    patterns = ModalPattern.MODE_FREQUENCIES, ModalPattern.CHANNEL_SHAPE
 
     freedom: str = quantity('', doc='point, see `ssi_ros model FILE`')
     to: str = quantity(GROUND, doc='the other point, or ground')

@@ -16,7 +16,7 @@ class HingeCompliance(Effect):
     follows = {'stiffness_n_m_rad': 'hinge'}
     power = -1.0
     hinge = True
-    patterns = (ModalPattern.MODE_FREQUENCIES,)
+    patterns = ModalPattern.MODE_FREQUENCIES, ModalPattern.CHANNEL_SHAPE
 
     array: str = quantity('E1', doc='array')
     stiffness_n_m_rad: float = quantity(float('inf'), unit='N m/rad', low=10.0,

@@ -19,7 +19,7 @@ class PointMass(Effect):
     reference = 'kinetic energy of a point mass; docs/theory.md, eq. (15)'
     starts = {'share': (-0.005, 0.005)}
     needs = ('points',)
-    patterns = (ModalPattern.MODE_FREQUENCIES,)
+    patterns = ModalPattern.MODE_FREQUENCIES, ModalPattern.CHANNEL_SHAPE
 
     freedom: str = quantity('', doc='point, see `ssi_ros model FILE`')
     share: float = quantity(0.0, low=-0.9, high=100.0, doc='added mass over m')

@@ -54,6 +54,7 @@ def compared(nominal_of, one, two, effects):
     if quiet.all() or abs(level) <= LIMITS.other_level.value + LIMITS.clear_level.value * std:
         return whole
     one, two = (_padded(s.in_bands(~quiet)) for s in (one, two))
+    one, two = _of_equal_noise(nominal_of(one), one, two)
     return Compared(nominal_of(one), one, two, None, (
         f'the level differs by {10 * level / np.log(10):+.1f} dB; {quiet.sum()} of {len(quiet)} '
         'bands hold noise only, which does not grow with it, and were left out',))
@@ -63,6 +64,25 @@ def _padded(spectra):
     """Return spectra with a share of the mean power of each channel added to it."""
     power = PADDING * np.einsum('bii->bi', spectra.mean).real
     return replace(spectra, groups=spectra.groups + power[:, :, None] * np.eye(power.shape[1]))
+
+
+def _of_equal_noise(nominal, one, two):
+    """
+    Return the Spectra of a reference and a record, noise added to what has less of it.
+
+    Noise does not grow with the level of the forces. What each channel has more or less of it
+    than a level explains is made equal, as far as noise that stays as it is could make it.
+    """
+    record, forms = Averages(two.mean, one.freedom, two.freedom), all_forms(
+        nominal, ('sensor_noise',))
+    fitted = fit(nominal, record, forms)
+    if not np.isfinite(fitted.x).all() or not fitted.prediction.possible:
+        return one, two
+    level = np.exp(fitted.x[0])
+    change = level * fitted.x[2:] + fitted.x[1]      # in floors of the channels
+    change = nominal.floor * np.clip(change, min(0.0, 1 - level), max(0.0, 1 - level))
+    return (replace(one, groups=one.groups + np.diag(np.maximum(change, 0.0) / level)),
+            replace(two, groups=two.groups + np.diag(np.maximum(-change, 0.0))))
 
 
 def at_free_levels(whole, effects):
@@ -103,8 +123,9 @@ def at_free_levels(whole, effects):
         return whole
     found = [(whole, f) for f in tried]
     found += [r for f in (base, *tried[:LEVELLED]) for r in _levelled(whole, f, forces)]
-    # what needs no other levels is as simple as levels without an effect
-    away = [gap(f, r.one) + LIMITS.inside.value * (
+    # what needs no other levels is as simple as levels without an effect; freed ones may leave
+    # less than chance does, which makes them no better
+    away = [max(gap(f, r.one), 0.0) + LIMITS.inside.value * (
         bool(f.forms) and not (r is whole and enough(f))) for r, f in found]
     # far from all of them levels mean nothing, as where modes are elsewhere
     near = min(away, default=np.inf) < LIMITS.gross.value

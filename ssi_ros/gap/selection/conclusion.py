@@ -235,12 +235,13 @@ def _sites(test, ranked, shares):
     if len(shares) and np.sum(shares) < 1e-9:
         shares = np.eye(len(shares))[0]
     for r, p in zip(ranked, shares):
-        for name in r.names:
-            sites[effect_class(name).site.value] += float(p) / len(r.names)
-    total = sum(sites.values())
-    if total < 1e-9:
+        # effects of one form are equally probable
+        names = r.names + r.fit.candidate.equivalents * (len(r.names) == 1)
+        for name in names:
+            sites[effect_class(name).site.value] += float(p) / len(names)
+    if sum(sites.values()) < 1e-9:
         for owners, z in zip(test.owners, test.z):
             site = effect_class(owners[0]).site.value
             sites[site] = max(sites[site], float(z) ** 2)
-        total = sum(sites.values())
-    return {s: v / max(total, 1e-300) for s, v in sites.items()}
+    total = max(sum(sites.values()), 1e-300)
+    return {s: v / total for s, v in sites.items()}

@@ -64,7 +64,8 @@ def test_a_large_gain_needs_no_forces_of_other_levels(scale, level):
                                                   lambda v: v * [1.0, scale, 1.0]))
     assert (found.outcome, found.verdict['effects']) == ('EXPLAINED', ('sensor_gain',))
     value = found.candidates[0].parameters['sensor_gain.scale'].value
-    assert value == pytest.approx(scale, rel=0.01)
+    # forces whose levels are free take up a little of it
+    assert value == pytest.approx(scale, rel=0.01 if level == 1.0 else 0.03)
 
 
 def test_one_softer_mode_is_told_as_structure_and_as_that_mode():

@@ -205,8 +205,7 @@ def fit(nominal, record, forms=(), start=None, steps=STEPS, origin=None, far=Fal
     low = np.array([level - most[0], -LIMITS.noise_loss.value * np.exp(level)]
                    + [n.low for n in numbers])
     high = np.array([level + most[0], most[1]] + [n.high for n in numbers])
-    if start is None:
-        start = np.array([level, 0.0] + [n.start for n in numbers])
+    start = [level, 0.0] + [n.start for n in numbers] if start is None else start
     start = np.clip(np.array(start, float), low, high)
     # of other groups a start may take away more noise than there is: then without numbers
     for x in (start, np.append(start[0], np.zeros(len(start) - 1))):

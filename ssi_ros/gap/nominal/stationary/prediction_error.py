@@ -8,7 +8,7 @@ from scipy.optimize import nnls
 PREDICTED = 60          # past samples of which one is predicted
 COMES_BACK = 12        # samples of the past whose errors are followed
 LOUD = 9.0              # times the usual power of a prediction error
-LEAST_SHARE = 0.01      # of the errors, below which they do not grow with the slew rate
+LEAST_SHARE, MOST_SHARE = 0.01, 0.99    # of the errors, that grows with the slew rate
 AROUND, WINDOWS = 960, 60       # rows over which a level is steady, at least, and in a recording
 
 
@@ -46,7 +46,7 @@ class Predictor:
         steady, beats = (v / uniform_filter1d(v, around) for v in (power, slew))
         usual, jitter = nnls(np.column_stack([np.ones(len(residual)), beats]),
                              np.minimum(steady, LOUD))[0]
-        share = jitter / (usual + jitter)
+        share = min(jitter / (usual + jitter), MOST_SHARE)
         if share < LEAST_SHARE:
             return residual
         width = residual.shape[1]
