@@ -221,6 +221,12 @@ def p_value_text(p_value):
     return '< 1e-15' if p_value < 1e-15 else f'{p_value:.2g}'
 
 
+def p_equation(p_value):
+    """Return a p-value in a sentence, 'p = 0.02' or 'p < 1e-15'."""
+    text = p_value_text(p_value)
+    return f'p {text}' if text.startswith('<') else f'p = {text}'
+
+
 def things(n, noun):
     """Return a number of things in words: 1 channel, 4 channels."""
     return f'{n} {noun}' if n == 1 else f'{n} {noun}s'

@@ -63,8 +63,9 @@ def removed(candidate):
         return ''
     if share < 0.005:
         return 'removes none of the gap'
-    return f'removes {percent(share)} of the gap'.replace('> ', 'more than ') + (
-        ' (what exceeds 100 % is noise)' if share >= 1.005 else '')
+    if share >= 1.005:      # what exceeds all of it is noise
+        return 'removes all of the gap'
+    return f'removes {percent(share)} of the gap'.replace('> ', 'more than ')
 
 
 def interval(candidate):
@@ -72,7 +73,8 @@ def interval(candidate):
     low, high = candidate['closed_low90'], candidate['closed_high90']
     if low is None or high is None:
         return ''
-    return f'{percent(low).removesuffix(" %")} to {percent(high)}'
+    low, high = min(low, 1.0), min(high, 1.0)       # what exceeds all of it is noise
+    return f'{percent(low).removesuffix(" %")} to {percent(high)}' if low < 1.0 else '100 %'
 
 
 def listed(names):

@@ -19,7 +19,7 @@ from ssi_ros.model.channels import of_channels, with_channels
 from ssi_ros.model.errors import Calibration, declared, of_recording
 from ssi_ros.model.spacecraft import Spacecraft
 from ssi_ros.model.uncertainty import EXACT
-from ssi_ros.quantity import p_value_text
+from ssi_ros.quantity import p_equation
 from ssi_ros.updating.fit import ErrorFit, fit_errors
 from ssi_ros.updating.input_colour import with_colour, words
 from ssi_ros.updating.scatter import between_recordings
@@ -271,6 +271,6 @@ def _check(model, calibrated, samples, settings, beside):
         detected = tuple(d.text for d in after.detections + after.anomalies
                          if d.p_value < SELECTION['residual_p'].value) or (
             'the calibrated model does not explain its healthy recording '
-            f'(p = {p_value_text(after.p_value)})',)
+            f'({p_equation(after.p_value)})',)
     return Check(before.value - before.floor, after.gap.value - after.gap.floor,
                  after.gap.deviations, after.p_value, detected)

@@ -94,7 +94,7 @@ def test_questions_in_order(record):
     assert re.findall(r'<h2>(.*?)</h2>', page) == list(QUESTIONS)
     text = diagnosis_markdown(diagnosis, view)
     assert re.findall(r'^## (.*)$', text, re.M) == list(QUESTIONS)
-    assert 'removes 97 % of the gap, 90 % interval 93 to 101 %' in text
+    assert 'removes 97 % of the gap, 90 % interval 93 to 100 %' in text
     assert ('no effect at all removes none of the gap; an effect drawn at random (fuel_slosh) '
             'removes none of the gap') in text
     assert 'array E1, scale 1.02' in text and '--apply corrected.yaml' in text

@@ -31,7 +31,7 @@ def test_size_probability_and_share():
 def test_more_than_all_is_called_noise():
     """A share above 100 % is possible on held-out data, and means nothing."""
     assert headline(found(closed=1.32, **ARRAY)).endswith(
-        'removes 132 % of the gap (what exceeds 100 % is noise)')
+        'removes all of the gap')
     assert headline(found(closed=0.999, **ARRAY)).endswith('removes more than 99 % of the gap')
     assert 'too small to say' in headline(found(closed=None, **ARRAY))
 

@@ -14,12 +14,11 @@ from ssi_ros.gap.selection.evidence import beside_law, hidden_odds, posterior, R
 from ssi_ros.gap.selection.thresholds import SELECTION as LIMITS
 from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.open_set.families import FAMILIES
-from ssi_ros.quantity import p_value_text
+from ssi_ros.quantity import p_equation
 from ssi_ros.tails import norm
 
 NOWHERE = (float('nan'),) * 3
-TRACES = ('The gap is large: lines, chirps and changes that are detected beside it may be traces '
-          'of it.')
+TRACES = 'The gap is large: lines, chirps and changes beside it may be traces of it.'
 NO_VERDICT = {'effects': (), 'class': (), 'probability': 0.0}
 
 
@@ -71,8 +70,8 @@ def no_gap(case):
     compared = 'the channels that were compared are' if partial else 'the record is'
     return Diagnosis(
         'WITHIN_FLOOR', '; '.join([
-            f'{compared} what the {case.comparison.kind} expects (p = '
-            f'{p_value_text(case.gap["p_value"])})', 'smaller effects stay possible', *partial]),
+            f'{compared} what the {case.comparison.kind} expects ('
+            f'{p_equation(case.gap["p_value"])})', 'smaller effects stay possible', *partial]),
         case.gap,
         replace(case.location, site=dict.fromkeys((s.value for s in Site), 0.0)),
         (none, *others), {**NO_VERDICT, 'probability': probability}, (), case.texts)
@@ -145,14 +144,15 @@ def _outcome(case, best, top, tied, shares):
     """Return the outcome and the sentence that says why."""
     quiet, unknown, known = shares
     words = ' + '.join(top.effects)
-    removed = '' if np.isnan(top.closed) else f'removes {100 * top.closed:.0f} % of the gap and '
+    share = np.clip(top.closed, 0.0, 1.0)       # what exceeds all of it is noise
+    removed = '' if np.isnan(share) else f'removes {100 * share:.0f} % of the gap and '
     removed += ('leaves nothing above its floor'
                 if best.deviations <= LIMITS['residual_deviations'].value else
                 f'leaves {best.deviations:.1f} standard deviations above its floor')
     if quiet:
         return 'WITHIN_FLOOR', (
-            f'no effect explains the record better than chance does (p = '
-            f'{p_value_text(case.gap["p_value"])}); the nearest is {words}')
+            f'no effect explains the record better than chance does ('
+            f'{p_equation(case.gap["p_value"])}); the nearest is {words}')
     if unknown or not is_inside(best, case.residual):
         more = ', but something that no effect makes is more probable' * bool(unknown)
         return 'UNEXPLAINED', f'the nearest effect, {words}, {removed}{more}'
