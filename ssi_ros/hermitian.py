@@ -138,6 +138,23 @@ def applied(matrices, vectors):
     return out
 
 
+def filtered(gain, spectrum):
+    """Return G S G^H, averaged over the first axis of G (k, b, l, l), if it has one; None is 1."""
+    if gain is None:
+        return spectrum
+    found = gain @ spectrum @ gain.conj().swapaxes(-1, -2)
+    return found.mean(axis=0) if gain.ndim > 3 else found
+
+
+def is_definite(matrices):
+    """Return whether Hermitian matrices, (b, l, l), are all positive definite."""
+    try:
+        np.linalg.cholesky(matrices)
+    except np.linalg.LinAlgError:
+        return False
+    return True
+
+
 def inverse_root(matrices):
     """
     Return the inverses L^-1 of the Cholesky factors L of matrices, shape (..., l, l).

@@ -4,12 +4,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ssi_ros.gap.inference.goodness_of_fit import compare, divergence, floor_of_band
-from ssi_ros.gap.nominal.modal.fit import Averages, filtered, fit, LITTLE, residual_of, STEPS
+from ssi_ros.gap.nominal.modal.fit import Averages, fit, LITTLE, residual_of, STEPS
 from ssi_ros.gap.nominal.modal.reference import noise_floor, Nominal
 from ssi_ros.gap.nominal.modal.score_test import score_forms
 from ssi_ros.gap.nominal.modal.starting_values import all_forms, best_forms, bracketed
 from ssi_ros.gap.nominal.thresholds import LIMITS
 from ssi_ros.gap.spectra.band_averages import level_of, silent, Spectra
+from ssi_ros.hermitian import filtered
 from ssi_ros.levels.forces import force_spectra, turning
 from ssi_ros.tails import chi2
 

@@ -8,7 +8,8 @@ from ssi_ros.fisher_scoring import covariance, maximise
 from ssi_ros.gap.inference.goodness_of_fit import divergence
 from ssi_ros.gap.inference.thresholds import LIMITS
 from ssi_ros.gap.spectra.band_averages import level_of
-from ssi_ros.hermitian import hermitian, inverse_root, white, white_vectors
+from ssi_ros.hermitian import (
+    filtered, hermitian, inverse_root, is_definite, white, white_vectors)
 from ssi_ros.levels.forces import bounded, turning
 
 STEPS = 12
@@ -50,10 +51,10 @@ class Prediction:
         low, high = LIMITS.least_scatter.value, LIMITS.most_scatter.value
         return np.maximum(n_one / np.clip(share / width, low, high) ** 2, least)
 
-    @property
+    @cached_property
     def possible(self):
         """Whether it is a spectrum: positive definite in every band."""
-        return bool(np.all(np.linalg.eigvalsh(self.mean)[:, 0] > 0))
+        return is_definite(self.mean)
 
     def turned(self, turn):
         """Return what a filter (b, l, l), or None, makes of it."""
@@ -94,14 +95,6 @@ def predict(nominal, forms, x):
                       total)
 
 
-def filtered(gain, spectrum):
-    """Return G S G^H, averaged over the first axis of G (k, b, l, l), if it has one; None is 1."""
-    if gain is None:
-        return spectrum
-    found = gain @ spectrum @ gain.conj().swapaxes(-1, -2)
-    return found.mean(axis=0) if gain.ndim > 3 else found
-
-
 def whitener(factor, trust):
     """Return L^-1 of a Cholesky factor L, smaller in a band of less weight, (b, l, l)."""
     return np.linalg.inv(factor) * np.power(trust, 0.25)[:, None, None]
@@ -129,14 +122,10 @@ class _Place:
         mean = self.prediction.mean
         part = record.n_one / (record.n_one + record.n_two)
         factor = np.linalg.cholesky(part * mean + (1 - part) * record.mean)
-        bend, gain = factor @ inverse_root(mean), self.prediction.gain
-        if gain is not None:
-            # filters act after it: what they make of the reference becomes the pooled estimate
-            bend = np.linalg.solve(gain, bend @ gain)
-        self.root = np.sqrt(record.weight)
+        if not self.prediction.possible:
+            raise np.linalg.LinAlgError('the prediction is not positive definite')
+        self.root, self.factor = np.sqrt(record.weight), factor
         self.lower = whitener(factor, nominal.trust)
-        self.around = nominal.with_spectrum(filtered(bend, nominal.spectrum))
-        self.base = predict(self.around, forms, x).mean
         self.raw = self.root * whitened(record.mean - mean, self.lower)
         self.residual = self.without_levels(self.raw)
         self.value = _ratio(self.levelled, record, nominal.trust) if far else None
@@ -169,10 +158,20 @@ class _Place:
         mean, back = self.prediction.mean, np.linalg.inv(self.lower)
         return turning(mean, bounded(mean + white(back, change), mean, 1 / MOST_TURN, MOST_TURN))
 
+    @cached_property
+    def around(self):
+        """Return the reference that would become the pooled estimate, and what it becomes."""
+        bend, gain = self.factor @ inverse_root(self.prediction.mean), self.prediction.gain
+        if gain is not None:        # filters act after it
+            bend = np.linalg.solve(gain, bend @ gain)
+        there = self.nominal.with_spectrum(filtered(bend, self.nominal.spectrum))
+        return there, predict(there, self.forms, self.x).mean
+
     def slope(self, direction, step):
         """Return the change of the prediction along a direction of x."""
-        moved = predict(self.around, self.forms, self.x + step * direction)
-        return self.without_levels(self.root * whitened(moved.mean - self.base, self.lower)) / step
+        around, base = self.around
+        moved = predict(around, self.forms, self.x + step * direction).mean
+        return self.without_levels(self.root * whitened(moved - base, self.lower)) / step
 
     def gradient(self):
         """Return score and information, eq. (152)."""

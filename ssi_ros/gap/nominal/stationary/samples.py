@@ -5,8 +5,8 @@ from scipy.special import bdtrc
 from ssi_ros.effects.registry import detects
 from ssi_ros.gap.comparison import Detection
 from ssi_ros.gap.nominal.forms.candidate import Form
-from ssi_ros.gap.nominal.modal.fit import filtered
 from ssi_ros.gap.spectra.band_averages import spectra_of
+from ssi_ros.hermitian import filtered
 from ssi_ros.integrity.missing import lost_at_random
 from ssi_ros.integrity.values import limit_of, step_of
 
