@@ -162,7 +162,7 @@ class RecordedComparison(Comparison):
             one, two = (_every_second(s, fold) for s in (one, two))
             found = fit(nominal.with_spectrum(one.mean),
                         Averages(two.mean, one.freedom, two.freedom), forms, start.state.x,
-                        REFIT_STEPS, far=far)
+                        REFIT_STEPS)
             # the prediction of all groups stands in where that of others cannot be
             return self._fit(candidate, replace(found, prediction=start.state.prediction))
         x = start.state.x if same else self._start(forms, two, LITTLE * far)
