@@ -19,6 +19,7 @@ TRIED = 4               # effects at one level, that could explain as much as ot
 NEAREST = 2             # ways of each, as whether it acts on noise as well
 REPEATS = 2             # of the estimate of levels
 LEVELLED = 3            # of them, beside which levels are estimated
+ALIKE = 2.0             # times the median of all channels: so much more noise one may have
 PADDING = 0.01          # of the power of a channel: what is below is noise, at another level
 
 
@@ -81,7 +82,10 @@ def _of_equal_noise(nominal, one, two):
         return one, two
     level = np.exp(fitted.x[0])
     change = level * fitted.x[2:] + fitted.x[1]      # in floors of the channels
-    change = nominal.floor * np.clip(change, min(0.0, 1 - level), max(0.0, 1 - level))
+    change = np.clip(change, min(0.0, 1 - level), max(0.0, 1 - level))
+    # of one channel alone it is an effect
+    most = ALIKE * np.median(np.abs(change))
+    change = nominal.floor * np.clip(change, -most, most)
     return (replace(one, groups=one.groups + np.diag(np.maximum(change, 0.0) / level)),
             replace(two, groups=two.groups + np.diag(np.maximum(-change, 0.0))))
 
