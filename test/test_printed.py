@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from ssi_ros.identify.bands import Band
 from ssi_ros.identify.excitation import why_lost
-from ssi_ros.quantity import fixed, with_spread
+from ssi_ros.quantity import fixed, p_equation, with_spread
 from ssi_ros.records import Mode
 
 
@@ -33,3 +33,8 @@ def test_a_reason_is_one_line():
     said = why_lost(heard, modes, powers, bands)
     assert '17 modes from 1.000 to 17.000 Hz' in said and len(said) < 200
     assert 'mode 0 (1.000 Hz), 1 (2.000 Hz)' in why_lost(heard, modes[:2], powers, bands)
+
+
+def test_a_p_value_in_a_sentence():
+    """Two digits, or below what arithmetic can say."""
+    assert (p_equation(0.0213), p_equation(0.0)) == ('p = 0.021', 'p < 1e-15')
