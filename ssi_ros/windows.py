@@ -60,3 +60,22 @@ def peak_near(series, line):
     found = minimize_scalar(lambda at: -power(at), bounds=(line - 0.5, line + 0.5),
                             method='bounded', options={'xatol': 1e-3})
     return float(found.x), float(power(found.x))
+
+
+def excess_around(powers, median, lines):
+    """
+    Return by how much the neighbours of each power are above a model, at least 1, (k,).
+
+    Parameters
+    ----------
+    powers : ndarray, (k,)
+        Over the expected ones.
+    median : float
+        What they have in a record of the model. A line hardly raises that of its neighbours.
+    lines : int
+        Neighbours that are looked at.
+
+    """
+    from scipy.ndimage import median_filter      # here, for it takes a while
+
+    return np.maximum(1.0, median_filter(powers, min(lines, len(powers))) / median)

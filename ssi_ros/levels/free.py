@@ -56,10 +56,16 @@ def compared(nominal_of, one, two, effects):
     if quiet.all() or abs(level) <= LIMITS.other_level.value + LIMITS.clear_level.value * std:
         return whole
     one, two = (_padded(s.in_bands(~quiet)) for s in (one, two))
-    one, two = _of_equal_noise(nominal_of(one), one, two)
-    return Compared(nominal_of(one), one, two, None, (
+    nominal = nominal_of(one)
+    one, two = _of_equal_noise(nominal, one, two)
+    return Compared(_with(nominal, one), one, two, None, (
         f'the level differs by {10 * level / np.log(10):+.1f} dB; {quiet.sum()} of {len(quiet)} '
         'bands hold noise only, which does not grow with it, and were left out',))
+
+
+def _with(nominal, spectra):
+    """Return a nominal with other Spectra of its recording."""
+    return replace(nominal, spectrum=spectra.mean, floor=noise_floor(spectra.mean))
 
 
 def _padded(spectra):
@@ -176,7 +182,7 @@ def _levelled(whole, fitted, forces):
     x = np.append(np.zeros(2), fitted.x[2:])
     for _ in range(REPEATS):        # the filter is nearest to none: levels are not quite those
         one = replace(whole.one, groups=filtered(turn, whole.one.groups))
-        moved = replace(nominal, spectrum=one.mean, floor=noise_floor(one.mean))
+        moved = _with(nominal, one)
         try:
             lower = residual_of(moved, record, replace(fitted, x=x))[1]
         except np.linalg.LinAlgError:       # an effect that takes away more than there is

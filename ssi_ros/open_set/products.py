@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.fft import fft, ifft, irfft, next_fast_len, rfft
-from scipy.ndimage import median_filter
 
 from ssi_ros.tails import chi2, norm
+from ssi_ros.windows import excess_around
 
 LEAST = 1e-4            # variance of a part over that of the whole product: rounding
 FREEDOM = 0.5           # independent values of a motion in one decay of its amplitude
@@ -61,8 +61,7 @@ class Product:
         """Return it with the variance that the record shows where that is above the model's."""
         # Numbers that are a deviation off leave more of a resonance than noise. The median of many
         # offsets tells, which a change in time hardly raises.
-        around = median_filter(self._squares, min(NEAR, len(self._squares)))
-        scatter = np.maximum(1.0, around / np.log(2))
+        scatter = excess_around(self._squares, np.log(2), NEAR)
         return replace(self, power=self.power * np.append(1.0, scatter))
 
     def _inner(self, series):

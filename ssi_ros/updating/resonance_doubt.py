@@ -7,7 +7,6 @@ peak is four times as high, and no segment is long enough to show that it is no 
 a resonance counts by its chance among all dampings and frequencies that the record leaves open.
 """
 import numpy as np
-from scipy.ndimage import median_filter
 from scipy.special import lambertw
 
 from ssi_ros.effects.statistical_linearisation import linearise
@@ -17,7 +16,6 @@ from ssi_ros.model.excitation import source
 
 LEAST = 1e-6            # doubt below which a power counts as it is
 NEAR, BESIDE_SINE = 2.5, 1.0        # lines from a sine of the model, and the doubt there
-NEIGHBOURS = 33         # lines whose median says how high a resonance is that is not in the model
 
 
 def resonance_doubt(simulator, setup, frame):
@@ -65,23 +63,3 @@ def discounted(power, doubt):
     square = np.square(np.maximum(doubt, LEAST))
     w = lambertw(square * power).real
     return np.where(doubt < LEAST, power, (w + w ** 2 / 2) / square)
-
-
-def beside_neighbours(power, median, lines=NEIGHBOURS):
-    """
-    Return powers over those of their neighbours where these are above the model too.
-
-    A resonance that a change of the structure has moved is far above the model at all lines of
-    its width, a sine at one.
-
-    Parameters
-    ----------
-    power : ndarray, (k,)
-        Over the expected one, at every line of the whole record.
-    median : float
-        What it has in a record of the model.
-    lines : int
-        Neighbours that are looked at.
-
-    """
-    return power / np.maximum(1.0, median_filter(power, lines) / median)

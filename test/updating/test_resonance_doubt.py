@@ -16,7 +16,8 @@ from ssi_ros.gap.spectra.segmentation import frame_of, whole_frame
 from ssi_ros.model import load_spacecraft
 from ssi_ros.model.errors import Calibration, declared
 from ssi_ros.model.uncertainty import EXACT
-from ssi_ros.updating.resonance_doubt import beside_neighbours, discounted, resonance_doubt
+from ssi_ros.updating.resonance_doubt import discounted, resonance_doubt
+from ssi_ros.windows import excess_around
 
 ROWS, RATE_HZ = 60_000, 100.0
 LOWER = -1.1            # logarithm of the true damping of the slowest modes over the model's
@@ -78,6 +79,6 @@ def test_a_resonance_elsewhere_is_no_line():
     power = rng.exponential(size=2000)
     power[900:940] *= 30.0
     power[300] = 40.0
-    found = beside_neighbours(power, np.log(2))
+    found = power / excess_around(power, np.log(2), 33)
     assert found[900:940].max() < 12.0 < 25.0 < found[300] <= 40.0
     assert np.all(found <= power)

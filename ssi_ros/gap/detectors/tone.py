@@ -5,9 +5,10 @@ from ssi_ros.effects.registry import deflection, detects
 from ssi_ros.gap.comparison import Detection
 from ssi_ros.gap.detectors.thresholds import LIMITS
 from ssi_ros.tails import chi2, gamma, tail_of_highest
-from ssi_ros.updating.resonance_doubt import beside_neighbours, discounted, NEIGHBOURS
-from ssi_ros.windows import peak_near
+from ssi_ros.updating.resonance_doubt import discounted
+from ssi_ros.windows import excess_around, peak_near
 
+NEIGHBOURS = 33         # lines that show a resonance elsewhere than the model has it
 BETWEEN = 1.5           # independent frequencies a bin, where those between two are searched too
 
 
@@ -26,7 +27,8 @@ def detect_tone(effect, reconstruction):
     scale = np.median(power[::2]) / np.log(2)
     power /= scale
     doubt = np.interp(np.arange(len(power)) / 2, np.arange(len(one.doubt)), one.doubt)
-    rare = beside_neighbours(discounted(power, doubt), np.log(2), 2 * NEIGHBOURS)
+    rare = discounted(power, doubt)
+    rare /= excess_around(rare, np.log(2), 2 * NEIGHBOURS)
     best = int(np.argmax(rare))
     trials = BETWEEN * len(one.machine)
     p_value = tail_of_highest(rare[best], trials)
@@ -35,8 +37,7 @@ def detect_tone(effect, reconstruction):
     frequency, top = peak_near(series[:one.rows], best / 2 + one.first)
     top /= scale
     gain = np.interp(frequency, np.arange(one.first, last), one.machine_gain)
-    height = np.sqrt(scale * max(top - 1.0, 0.0))
-    amplitude = 2 * height / gain / np.sum(one.taper[~one.missing])
+    amplitude = 2 * np.sqrt(scale * max(top - 1.0, 0.0)) / gain / np.sum(one.taper[~one.missing])
     frequency_hz = frequency * one.rate_hz / one.rows
     size = np.sqrt(2 * top)
     stds = {'torque_n_m': amplitude / size,
@@ -57,8 +58,8 @@ def anomalous_line(reconstruction):
     """Detect a line that no input makes: power beside the response to the input."""
     trials = BETWEEN * len(reconstruction.power)
     free = reconstruction.white.shape[1] - 1
-    chances = gamma.sf(beside_neighbours(discounted(
-        reconstruction.power, reconstruction.doubt), chi2.isf(0.5, 2 * free) / 2), free)
+    rare = discounted(reconstruction.power, reconstruction.doubt)
+    chances = gamma.sf(rare / excess_around(rare, chi2.isf(0.5, 2 * free) / 2, NEIGHBOURS), free)
     best = int(np.argmin(chances))
     p_value = float(min(1.0, trials * chances[best]))
     if p_value >= LIMITS.p_value.value:
