@@ -62,7 +62,7 @@ def peak_near(series, line):
     return float(found.x), float(power(found.x))
 
 
-def excess_around(powers, median, lines):
+def excess_around(powers, median, lines, least=1.0):
     """
     Return by how much the neighbours of each power are above a model, at least 1, (k,).
 
@@ -74,8 +74,11 @@ def excess_around(powers, median, lines):
         What they have in a record of the model. A line hardly raises that of its neighbours.
     lines : int
         Neighbours that are looked at.
+    least : float
+        Up to which it is 1: what chance makes of so few neighbours.
 
     """
     from scipy.ndimage import median_filter      # here, for it takes a while
 
-    return np.maximum(1.0, median_filter(powers, min(lines, len(powers))) / median)
+    found = median_filter(powers, min(lines, len(powers))) / median
+    return np.where(found > least, found, 1.0)

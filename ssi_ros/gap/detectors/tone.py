@@ -8,7 +8,7 @@ from ssi_ros.tails import chi2, gamma, tail_of_highest
 from ssi_ros.updating.resonance_doubt import discounted
 from ssi_ros.windows import excess_around, peak_near
 
-NEIGHBOURS = 33         # lines that show a resonance elsewhere than the model has it
+NEIGHBOURS, MOVED = 33, 2.0     # lines, and what they have over a model where a mode has moved
 BETWEEN = 1.5           # independent frequencies a bin, where those between two are searched too
 
 
@@ -28,7 +28,7 @@ def detect_tone(effect, reconstruction):
     power /= scale
     doubt = np.interp(np.arange(len(power)) / 2, np.arange(len(one.doubt)), one.doubt)
     rare = discounted(power, doubt)
-    rare /= excess_around(rare, np.log(2), 2 * NEIGHBOURS)
+    rare /= excess_around(rare, np.log(2), 2 * NEIGHBOURS, MOVED)
     best = int(np.argmax(rare))
     trials = BETWEEN * len(one.machine)
     p_value = tail_of_highest(rare[best], trials)
@@ -57,9 +57,9 @@ def tone_deflection(effect, sensitivity):
 def anomalous_line(reconstruction):
     """Detect a line that no input makes: power beside the response to the input."""
     trials = BETWEEN * len(reconstruction.power)
-    free = reconstruction.white.shape[1] - 1
     rare = discounted(reconstruction.power, reconstruction.doubt)
-    chances = gamma.sf(rare / excess_around(rare, chi2.isf(0.5, 2 * free) / 2, NEIGHBOURS), free)
+    usual = chi2.isf(0.5, 2 * (free := reconstruction.white.shape[1] - 1)) / 2
+    chances = gamma.sf(rare / excess_around(rare, usual, NEIGHBOURS, MOVED), free)
     best = int(np.argmin(chances))
     p_value = float(min(1.0, trials * chances[best]))
     if p_value >= LIMITS.p_value.value:
