@@ -18,7 +18,6 @@ NOT_RIGHT = {
     ('recording', 'hinge_friction'): 'what is left is above the floor: the gap is unexplained',
     ('recording', 'hinge_compliance'): 'what is left is above the floor: the gap is unexplained',
     ('recording', 'sensor_misplacement'): 'what is left is above the floor: unexplained',
-    ('recording', 'added_mass'): 'a mode that moved is taken for a line beside it',
     ('recording', 'hinge_freeplay'): 'stiffness_scale is named and does not explain the gap'}
 
 
