@@ -17,7 +17,7 @@ NOT_RIGHT = {
     ('recording', 'attitude_controller'): 'free levels of all forces take it up',
     ('recording', 'hinge_friction'): 'what is left is above the floor: the gap is unexplained',
     ('recording', 'hinge_compliance'): 'what is left is above the floor: the gap is unexplained',
-    ('recording', 'sensor_misplacement'): 'what is left is above the floor: unexplained',
+    ('recording', 'sensor_misplacement'): 'named beside a gain that is not there',
     ('recording', 'hinge_freeplay'): 'stiffness_scale is named and does not explain the gap'}
 
 
