@@ -91,6 +91,16 @@ def test_laws_are_not_compared_as_if_they_were_exact(explained, ratio):
     assert shares[1] / shares[0] == pytest.approx(ratio, rel=0.02, abs=1e-3)   # and (113d)
 
 
+def test_what_a_detector_does_not_find_counts_in_full():
+    """A drift that no detector sees does not win by fitting a little better, (113e)."""
+    fits = [SimpleNamespace(log_likelihood=v, candidate=SimpleNamespace(names=(n,)))
+            for v, n in ((11936.0, 'stiffness_drift'), (10917.0, 'stiffness_scale'))]
+    (drift, scale), *_ = posterior(
+        [Ranked(f, bonus=b, explained=f.log_likelihood) for f, b in zip(fits, (-30.0, 0.0))],
+        Ranked(SimpleNamespace(log_likelihood=0.0)), 1.0, 1.0, 30, DiagnosisSettings())
+    assert drift < 0.01 < 0.7 < scale
+
+
 @pytest.mark.parametrize('count', [1, 4])
 def test_a_residual_leaves_the_nearest_effects_a_share(count):
     """Of known effects a share leaves as much, however improbable it is, (113f)."""

@@ -14,30 +14,29 @@ DRIFT_STEPS = 9         # of the mean over a drift
 
 def modal_gain(nominal, ratios, damping_ratios):
     """Return the filter (b, l, l) that multiplies frequencies, damping by ratios (m,), (147)."""
-    modes, cut = nominal.modes, nominal.cut
-    width = len(nominal.channels)
-    gain = np.tile(np.eye(width, dtype=complex), (cut.bands, 1, 1))
+    modes, cut, still = nominal.modes, nominal.cut, np.eye(len(nominal.channels), dtype=complex)
+    gain = np.tile(still, (cut.bands, 1, 1))
     half = (cut.band_bins / 2 + 1) * cut.resolution_hz
-    for i in range(len(modes)):
-        if ratios[i] == 1.0 and damping_ratios[i] == 1.0:
-            continue
+    for i in np.flatnonzero((ratios != 1.0) | (damping_ratios != 1.0)):
         f0, xi = modes.frequencies_hz[i], modes.damping_ratios[i]
         reach = max(reach_hz(f0, xi, cut), WIDER * abs(ratios[i] - 1) * f0)
         near = np.flatnonzero(np.abs(cut.middles_hz - f0) < 3 * reach)
         f = cut.middles_hz[near][:, None] + np.linspace(-half, half, POINTS)
-        power = _resonance(f, f0 * ratios[i], xi * damping_ratios[i]).mean(axis=1) / (
-            _resonance(f, f0, xi).mean(axis=1))
+        before, after = _response(f, f0, xi), _response(f, f0 * ratios[i], xi * damping_ratios[i])
+        power = np.mean(np.abs(after) ** 2, axis=1) / np.mean(np.abs(before) ** 2, axis=1)
+        # modes that one force excites add up by their phases
+        phase = np.angle(np.mean(after * before.conj(), axis=1))
         # far away other modes dominate
         window = 1 / (1 + ((cut.middles_hz[near] - f0) / reach) ** 8)
-        factor = np.exp(window * np.log(power) / 2) - 1
+        factor = np.exp(window * (np.log(power) / 2 + 1j * phase)) - 1
         pick = np.outer(modes.shapes[:, i], modes.duals[:, i].conj())
-        gain[near] = (np.eye(width) + factor[:, None, None] * pick) @ gain[near]
+        gain[near] = (still + factor[:, None, None] * pick) @ gain[near]
     return gain
 
 
-def _resonance(f, f0, xi):
-    """Return the power of the acceleration of a mode under a white force of fixed level."""
-    return f ** 4 / ((f0 ** 2 - f ** 2) ** 2 + (2 * xi * f0 * f) ** 2)
+def _response(f, f0, xi):
+    """Return the acceleration of a mode under a force of fixed level."""
+    return f ** 2 / (f0 ** 2 - f ** 2 + 2j * xi * f0 * f)
 
 
 @modal_form('stiffness_scale')
