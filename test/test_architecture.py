@@ -8,7 +8,8 @@ ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / 'ssi_ros'
 # what every layer may import
 FREE = {'quantity', 'limits', 'array_file', 'arrays', 'fisher_scoring',
-        'hermitian', 'plain_yaml', 'tails', 'weighted_sums', 'whole_file', 'windows'}
+        'hermitian', 'plain_yaml', 'structural_modification', 'tails', 'weighted_sums',
+        'whole_file', 'windows'}
 MAY_IMPORT = {            # layer: the layers that it may import, besides itself and FREE
     'quantity': set(),
     'limits': set(),
@@ -17,6 +18,7 @@ MAY_IMPORT = {            # layer: the layers that it may import, besides itself
     'hermitian': set(),
     'fisher_scoring': set(),
     'plain_yaml': set(),
+    'structural_modification': set(),
     'tails': set(),
     'weighted_sums': set(),
     'whole_file': set(),
@@ -29,9 +31,10 @@ MAY_IMPORT = {            # layer: the layers that it may import, besides itself
     'integrity': {'records'},
     'open_set': {'records', 'model'},
     # parts of the diagnosis kept beside it: what a model does not know of itself, free levels of a
-    # recording, single events
+    # recording, single events, templates on disk
     'gap': {'records', 'model', 'effects', 'identify', 'updating', 'levels', 'events', 'regimes',
-            'integrity', 'open_set', 'inputs', 'bootstrap'},
+            'integrity', 'open_set', 'inputs', 'bootstrap', 'template_cache'},
+    'template_cache': {'effects', 'gap', 'updating', '__version__'},
     'bootstrap': {'records', 'effects', 'events', 'gap', 'inputs', 'integrity', 'levels',
                   'open_set'},
     'inputs': {'records', 'model', 'effects', 'gap', 'integrity', 'updating'},
@@ -39,7 +42,7 @@ MAY_IMPORT = {            # layer: the layers that it may import, besides itself
     'levels': {'gap'},
     'events': {'effects', 'gap'},
     'regimes': {'effects', 'events', 'gap'},
-    'planning': {'model', 'effects', 'gap', 'updating', 'inputs'},
+    'planning': {'model', 'effects', 'gap', 'updating', 'inputs', 'template_cache'},
     'monitor': {'records'},
     'report': {'records', 'model', 'effects', 'identify', 'gap', 'bag', '__version__'},
 }

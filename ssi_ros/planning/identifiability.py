@@ -7,7 +7,7 @@ from ssi_ros.effects import applicable, library, places
 from ssi_ros.effects.likeness import separate_by
 from ssi_ros.effects.registry import deflections
 from ssi_ros.effects.sizes import at_size
-from ssi_ros.gap.cache import effect_templates
+from ssi_ros.template_cache import effect_templates
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.detectors.input_reconstruction import sensitivity
 from ssi_ros.gap.inference.score_test import make_templates, promise

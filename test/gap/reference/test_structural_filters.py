@@ -1,10 +1,14 @@
 """What a filter of modes makes of a spectrum is that of the structure that changed."""
 import numpy as np
+import pytest
+from ssi_ros.gap.nominal.forms.local_change import from_frequencies, from_scores, local_change
 from ssi_ros.gap.nominal.forms.mode_coupling import mixed_modes
 from ssi_ros.gap.nominal.forms.structure import frequencies
+from ssi_ros.gap.nominal.modal.fit import Averages, fit, predict, ratio, residual_of, whitened
 from ssi_ros.gap.nominal.modal.reference import Modes, Nominal
 from ssi_ros.gap.spectra.band_averages import plan
 from ssi_ros.hermitian import filtered, whitened_alike
+from ssi_ros.structural_modification import LocalChange
 
 RATE_HZ = 50.0
 F0, XI = np.array([5.0, 5.3]), np.array([0.02, 0.015])
@@ -58,3 +62,45 @@ def test_modes_that_mix_do_so_too():
     before, after = worst(mixed_modes(nominal(), there), x, stiffness)
     assert before > 40.0
     assert after < 3.0
+
+
+PARTS = np.array([0.12, -0.1])      # of a place, at which a spring of 1 % of both modes gives
+
+
+def test_a_local_change_is_the_inverse_of_the_changed_stiffness():
+    """What all modes do beside one of them, at single frequencies, (147b)."""
+    f, acts, reached = np.array([[4.8], [5.1], [5.4]]), np.array([0.02, -0.03]), np.array([1., 2.])
+    found = LocalChange(f, F0, XI, 1).ratio(acts, reached)
+    for at, row in zip(f.ravel(), found):
+        stiffness = np.diag((F0 ** 2 - at ** 2 + 2j * XI * F0 * at) / F0 ** 2)
+        exact = (np.linalg.inv(stiffness + np.outer(acts, reached)) @ stiffness)[:, 1]
+        np.testing.assert_allclose([row[0], np.exp(row[1])], exact, rtol=1e-9)
+
+
+def test_a_spring_that_gives_moves_modes_and_turns_their_shapes():
+    """The filter of the true numbers makes the spectrum of the structure that changed."""
+    stiffness = np.eye(2) - np.outer(PARTS, PARTS)
+    form = local_change(nominal(), -1.0, PARTS)
+    mass = np.log(F0[1] / F0[0])                # of unit modal masses, and a spring
+    first = int(np.argmax(np.abs(PARTS)))
+    x = np.append(PARTS, (-mass if first == 0 else mass))
+    before, after = worst(form, x, stiffness)
+    assert before > 8.0
+    assert after < 2.0
+
+
+@pytest.mark.parametrize('begin', ['scores', 'frequencies'])
+def test_a_fit_finds_the_place_from_either_start(begin):
+    """Parts of both modes, their signs too, from scores or from frequencies that moved."""
+    there, stiffness = nominal(), np.eye(2) - np.outer(PARTS, PARTS)
+    record = Averages(spectrum(stiffness), 30.0, 30.0)
+    if begin == 'scores':
+        residual, lower = residual_of(there, record)
+        form = from_scores(there, there.spectrum, residual, lambda change: np.sqrt(
+            record.weight) * whitened(change, lower))
+    else:
+        form = from_frequencies(there, np.diag(stiffness) - 1, [], lambda f: ratio(
+            predict(there, (f,), np.append(np.zeros(2), f.start)), record, there.trust))
+    found = fit(there, record, (form,), np.append(np.zeros(2), form.start), origin=np.zeros(2))
+    parts = found.x[2:4] * np.sign(found.x[2])
+    np.testing.assert_allclose(parts, PARTS, rtol=0.1)

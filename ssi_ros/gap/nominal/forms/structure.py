@@ -6,6 +6,7 @@ from ssi_ros.effects.registry import modal_form
 from ssi_ros.gap.nominal.forms.candidate import Form, Number
 from ssi_ros.gap.nominal.forms.sensor import at_mode
 from ssi_ros.gap.nominal.modal.reference import reach_hz
+from ssi_ros.structural_modification import moved_mode
 
 POINTS = 17             # at which a resonance is averaged over a band
 WIDER = 1.5             # times its shift, the distance from a mode at which the shift still counts
@@ -22,21 +23,13 @@ def modal_gain(nominal, ratios, damping_ratios):
         reach = max(reach_hz(f0, xi, cut), WIDER * abs(ratios[i] - 1) * f0)
         near = np.flatnonzero(np.abs(cut.middles_hz - f0) < 3 * reach)
         f = cut.middles_hz[near][:, None] + np.linspace(-half, half, POINTS)
-        before, after = _response(f, f0, xi), _response(f, f0 * ratios[i], xi * damping_ratios[i])
-        power = np.mean(np.abs(after) ** 2, axis=1) / np.mean(np.abs(before) ** 2, axis=1)
-        # modes that one force excites add up by their phases
-        phase = np.angle(np.mean(after * before.conj(), axis=1))
+        own = moved_mode(f, (f0, xi), (f0 * ratios[i], xi * damping_ratios[i]))
         # far away other modes dominate
         window = 1 / (1 + ((cut.middles_hz[near] - f0) / reach) ** 8)
-        factor = np.exp(window * (np.log(power) / 2 + 1j * phase)) - 1
+        factor = np.exp(window * own) - 1
         pick = np.outer(modes.shapes[:, i], modes.duals[:, i].conj())
         gain[near] = (still + factor[:, None, None] * pick) @ gain[near]
     return gain
-
-
-def _response(f, f0, xi):
-    """Return the acceleration of a mode under a force of fixed level."""
-    return f ** 2 / (f0 ** 2 - f ** 2 + 2j * xi * f0 * f)
 
 
 @modal_form('stiffness_scale')

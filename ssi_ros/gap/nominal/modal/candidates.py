@@ -5,9 +5,11 @@ import numpy as np
 
 from ssi_ros.effects import effect_class, ModalPattern
 from ssi_ros.gap.diagnosis import Value
+from ssi_ros.gap.nominal.forms import local_change
 from ssi_ros.gap.nominal.forms.candidate import ModalCandidate
-from ssi_ros.gap.nominal.forms.mode_coupling import mixed_modes
-from ssi_ros.gap.nominal.modal.fit import masking_gain
+from ssi_ros.gap.nominal.forms.mode_coupling import mixed_modes, moved_stiffness
+from ssi_ros.gap.nominal.modal.fit import (
+    Averages, masking_gain, predict, ratio, residual_of, whitened)
 from ssi_ros.gap.nominal.modal.reference import modes_of
 from ssi_ros.gap.nominal.modal.starting_values import begun, best_forms, moved_forms, nearest_forms
 from ssi_ros.gap.nominal.stationary.samples import EXACT
@@ -41,11 +43,31 @@ def candidates_of(recordings, forms):
 
 
 def mixed(recordings):
-    """Return the form of close modes that mix, in a list that may be empty."""
+    """Return the forms of modes whose shapes turn as well, in a list that may be empty."""
     nominal = recordings.nominal
-    form = mixed_modes(nominal, modes_of(nominal, recordings.record_modes))
-    names = () if form is None else (form.effect, *form.equivalents)
-    return [form] if set(names) & set(recordings.effects) else []
+    there = modes_of(nominal, recordings.record_modes)
+    forms = filter(None, (mixed_modes(nominal, there), *_local(recordings, there)))
+    return [f for f in forms if {f.effect, *f.equivalents} & set(recordings.effects)]
+
+
+def _local(recordings, there):
+    """Yield the form of one local change, begun where it is nearest to the record."""
+    nominal, null = recordings.nominal, recordings.null
+    if len(nominal.modes) < 2:
+        return
+    record = Averages(recordings.two.mean, recordings.one.freedom, recordings.two.freedom)
+
+    def likelihood(form):
+        there = predict(nominal, (form,), np.append(null.x, form.start))
+        return ratio(there.turned(null.turn), record, nominal.trust)
+    residual, lower = residual_of(nominal, record, null)
+    forms = [local_change.from_scores(
+        nominal, np.exp(null.x[0]) * nominal.spectrum, residual,
+        lambda change: np.sqrt(record.weight) * whitened(change, lower))]
+    moved, ties = moved_stiffness(nominal.modes, there)
+    if moved.any():
+        forms.append(local_change.from_frequencies(nominal, np.expm1(moved), ties, likelihood))
+    yield max(forms, key=likelihood)
 
 
 def _one_cause_of_bursts(detections, joint, bursts):

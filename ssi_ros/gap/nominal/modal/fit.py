@@ -128,7 +128,7 @@ class _Place:
         self.lower = whitener(factor, nominal.trust)
         self.raw = self.root * whitened(record.mean - mean, self.lower)
         self.residual = self.without_levels(self.raw)
-        self.value = _ratio(self.levelled, record, nominal.trust) if far else None
+        self.value = ratio(self.levelled, record, nominal.trust) if far else None
 
     def at(self, x):
         """Return the place at other coordinates, kept inside their ranges, or None."""
@@ -232,7 +232,7 @@ def residual_of(nominal, record, fitted=None):
 def _likelihood(nominal, here, base):
     """Return the likelihood over that of the level alone, by slopes and by distances."""
     usual = _Place(nominal, (), base[:2], here.record)
-    ratios = [_ratio(p, here.record, nominal.trust) for p in (
+    ratios = [ratio(p, here.record, nominal.trust) for p in (
         usual.prediction, predict(nominal, here.forms, base), usual.levelled, here.levelled)]
     far = ratios[3] - ratios[2]
     # what a form adds at x = 0, as clipping does, has no way along which to integrate
@@ -242,7 +242,7 @@ def _likelihood(nominal, here, base):
     return (float(np.clip(gain, far - limit, far + limit)) if np.isfinite(gain) else far), far
 
 
-def _ratio(prediction, record, trust):
+def ratio(prediction, record, trust):
     """Return the likelihood ratio of one common spectrum against two, eq. (141) with (150)."""
     if not prediction.possible:
         return -np.inf
@@ -259,7 +259,7 @@ def masking_gain(nominal, base, one, two, form):
     """Return the likelihood that the level alone gains where a form leaves cells out."""
     if form.masked is None:
         return 0.0
-    before, after = (_ratio(base.prediction, Averages(s.mean, one.freedom, two.freedom),
+    before, after = (ratio(base.prediction, Averages(s.mean, one.freedom, two.freedom),
                             nominal.trust) for s in (two, two.without(form.masked)))
     # what remains of a band scatters more
     kept = ~form.masked.T @ two.weights / two.weights.sum()

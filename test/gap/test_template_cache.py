@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from ssi_ros.effects import parse_effect
-from ssi_ros.gap.cache import (
+from ssi_ros.template_cache import (
     effect_templates, folder, load_changes, load_templates, save_changes, save_templates,
     templates_key)
 from ssi_ros.gap.inference.score_test import make_templates
@@ -102,7 +102,7 @@ def test_templates_beside_declared_errors_are_kept_with_their_shifts(tmp_path, m
     craft, settings = load_spacecraft(), DiagnosisSettings()
     side = standing(Simulator(craft, make_frame(6000, 100.0, settings), 60.0), prior_of(craft))
     made = effect_templates(side, settings, ('hub_inertia',), None)
-    monkeypatch.setattr('ssi_ros.gap.cache._IN_MEMORY', {})
+    monkeypatch.setattr('ssi_ros.template_cache._IN_MEMORY', {})
     read = effect_templates(side, settings, ('hub_inertia',), None)
     assert read is not made and np.any(made.shifts)
     assert np.array_equal(read.shifts, made.shifts)
