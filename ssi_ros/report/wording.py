@@ -5,7 +5,7 @@ from ssi_ros.effects import library
 from ssi_ros.quantity import probability_text
 from ssi_ros.report.parts import percent
 
-PLACES = ('channel', 'array', 'source')
+PLACES = ('channel', 'array', 'source', 'near')
 MOST = 3                # numbers of one kind in a sentence
 LEAST_PLACE = 0.05      # probability of another place from which it is said
 FIXED = (1e-3, 1e7)     # magnitudes that are written without a power of ten
@@ -178,6 +178,7 @@ def _sentence(candidate, effect):
     if not shown:
         return ''
     where = f' of {" and ".join(places)}' if places else ''
+    where = where.replace(' of near ', ' by a change near ')
     (first, value), *others = shown if len(size or numbers) <= MOST else shown[:1]
     return f'{effect}: {first}{where} is {value}' + ''.join(f', {n} {v}' for n, v in others)
 

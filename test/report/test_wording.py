@@ -45,6 +45,13 @@ def test_two_effects_and_a_place_without_geometry():
                            'e2_b is 1.038 +- 0.001 (probability 0.86); correcting both removes')
 
 
+def test_a_change_near_a_channel_says_so():
+    """It is no property of the channel."""
+    said = headline(found(**{'stiffness_scale.near.c5': value(0.98), **{
+        f'stiffness_scale.scale_at_{f}_mhz': value(0.99, 0.001) for f in range(1000, 9000, 500)}}))
+    assert said.startswith('stiffness_scale: scale of 16 modes by a change near c5 is 0.99 to ')
+
+
 def test_a_tie_names_the_others():
     """What the record cannot distinguish is said in the same breath."""
     tie = found('TIED', **ARRAY)

@@ -46,6 +46,7 @@ class Form:
     measured: float = 0.0   # numbers taken from the record itself, at half a nat each
     odds: float = 0.0       # log odds that the frequencies of the modes give it
     bonus: float = 0.0      # log odds of the detection that it comes from
+    near: Callable = lambda x: {}   # of x, the channels that move as its place does, and the MAC
 
     @property
     def equivalents(self):

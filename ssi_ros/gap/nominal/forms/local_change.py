@@ -5,17 +5,20 @@ It moves every mode by the square of what the mode has of the place, and turns t
 of them by the same numbers: neither a moved sensor nor frequencies that change alone do that.
 """
 import numpy as np
+from scipy.special import betainc
 
 from ssi_ros.effects import ModalPattern
 from ssi_ros.effects.registry import showing
 from ssi_ros.gap.nominal.forms.candidate import Form, Number
 from ssi_ros.gap.nominal.forms.sensor import at_mode
 from ssi_ros.gap.nominal.modal.reference import reach_hz
+from ssi_ros.identify.shapes import mac
 from ssi_ros.structural_modification import LocalChange, rank_one
 
 POINTS = 9              # at which a resonance is averaged over a band
 MOST_MASS = 6.0         # logarithm of one modal mass over another
 LEAST_PART = 1e-3       # root of a relative change of stiffness at which a fit begins
+BY_CHANCE = 0.05        # of a MAC of parts and shapes: the place does not move as a channel does
 
 
 def local_change(nominal, sign, parts, masses=0.0):
@@ -45,12 +48,25 @@ def local_change(nominal, sign, parts, masses=0.0):
         return gain, None
     at = [at_mode(f) for f in modes.frequencies_hz]
     numbers = [Number(f'scale_{n}', '1', 0.01, -1.0, 1.0, lambda x: 1 + sign * x ** 2) for n in at]
-    numbers += [Number(f'mass_{at[i]}', '1', 0.1, -MOST_MASS, MOST_MASS, np.exp) for i in others]
+    numbers += [Number(f'modal_mass_{at[i]}', '1', 0.1, -MOST_MASS, MOST_MASS, np.exp)
+                for i in others]
     masses = np.clip(masses + np.zeros(count), -MOST_MASS / 3, MOST_MASS / 3)
     return Form({'modes': 'local'}, tuple(numbers), change,
                 'one spring or mass changed: modes moved and their shapes turned',
                 ModalPattern.MODE_FREQUENCIES, showing(ModalPattern.COMMON_FREQUENCY_RATIO)[0],
-                begin=np.append(parts, masses[others]))
+                begin=np.append(parts, masses[others]),
+                near=lambda x: _nearest(nominal, x[:count]))
+
+
+def _nearest(nominal, parts):
+    """Return the channel that moves as the place does and the MAC of it, {} if none does."""
+    # modal masses are not known: of all modes about the same. A spring acts by displacements
+    of_either = np.array([parts, parts * nominal.modes.frequencies_hz])
+    alike = mac(of_either, nominal.modes.shapes.real).max(axis=0)
+    best = int(np.argmax(alike))
+    # of a random direction it has a beta distribution
+    clear = 2 * len(alike) * betainc((len(parts) - 1) / 2, 0.5, 1 - alike[best]) < BY_CHANCE
+    return {nominal.channels[best]: float(alike[best])} if clear else {}
 
 
 def from_scores(nominal, spectrum, residual, white):

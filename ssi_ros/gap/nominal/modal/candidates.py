@@ -118,6 +118,8 @@ def parameters_of(fit):
                 float(number.value(x)), (high - low) / (2 * BOUND), low, high, number.unit)
         for name, (value, unit) in form.constants.items():
             values[f'{form.effect}.{name}'] = Value(value, NAN, NAN, NAN, unit)
+        for name, alike in form.near(fit.estimate[at]).items():
+            values[f'{form.effect}.near.{name}'] = Value(alike, NAN, NAN, NAN, '1')
         # a channel is no number: it is named by the parameter
         for key in form.place.keys() & {'channel', 'source'}:
             values[f'{form.effect}.{key}.{form.place[key]}'] = Value(1.0, NAN, NAN, NAN, '1')
