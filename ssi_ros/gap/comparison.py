@@ -201,6 +201,10 @@ class Comparison(Protocol):
         """Return whether an error that the nominal declares would look like a candidate."""
         return False
 
+    def elsewhere(self, fit: Fit) -> str:
+        """Return the site that what a fit leaves speaks for, whatever it is of, or None."""
+        return None
+
     def alike(self, found: Residual, ranked) -> tuple:
         """Return the names of a candidate, and of effects that cannot be distinguished from it."""
 

@@ -107,6 +107,10 @@ class RecordedComparison(Comparison):
         moving = any(effect_class(n).site in MOVING for n in fit.candidate.names)
         return 1.0 if moving or shift.p_value > LIMITS.certain_shift.value else shift.p_value
 
+    def elsewhere(self, fit):
+        """Return the structure, where modes moved for certain and a fit moves none."""
+        return Site.STRUCTURE.value if self._unmoved(fit) < 1.0 else None
+
     def _held_out(self, fit):
         """Return the gap on segments that the fit did not use, mean of the folds."""
         gaps = [self.goodness_of_fit(self.fit(fit.candidate, fit, fold), fold)

@@ -125,7 +125,7 @@ def conclude(case):
     verdict['hidden'] = float(hidden_odds(case.settings) * shares.sum())
     others = tuple(_pseudo(name, share, case.null.value, (0.0,) * 3, False)
                    for name, share in (('unknown', unknown), ('none', none)))
-    where = replace(case.location, site=_sites(case.found.score_test, ranked, shares),
+    where = replace(case.location, site=_sites(case, ranked, shares),
                     sensors=_sensors(case.location.sensors, ranked, shares))
     return Diagnosis(
         outcome, reason, case.gap, where, tuple(found) + others, verdict,
@@ -212,8 +212,8 @@ def _pseudo(name, probability, gap, closed, inside):
 
 
 def _unexplained(case, reason, unknown):
-    known, test = case.comparison.site, case.found.score_test
-    sites = {s.value: float(s.value == known) for s in Site} if known else _sites(test, (), ())
+    known = case.comparison.site
+    sites = {s.value: float(s.value == known) for s in Site} if known else _sites(case, (), ())
     return Diagnosis('UNEXPLAINED', reason, case.gap, replace(case.location, site=sites),
                      (unknown,), NO_VERDICT | {'probability': unknown.probability}, (), case.texts)
 
@@ -229,18 +229,21 @@ def _sensors(sensors, ranked, shares):
     return tuple({**s, 'share': named[s['name']] + rest * s['share']} for s in sensors)
 
 
-def _sites(test, ranked, shares):
+def _sites(case, ranked, shares):
     """Return the share of every site: by the candidates, the nearest if none, or by scores."""
     sites = dict.fromkeys((s.value for s in Site), 0.0)
     if len(shares) and np.sum(shares) < 1e-9:
         shares = np.eye(len(shares))[0]
     for r, p in zip(ranked, shares):
+        if elsewhere := case.comparison.elsewhere(r.fit):
+            sites[elsewhere] += float(p)
+            continue
         # effects of one form are equally probable
         names = r.names + r.fit.candidate.equivalents * (len(r.names) == 1)
         for name in names:
             sites[effect_class(name).site.value] += float(p) / len(names)
     if sum(sites.values()) < 1e-9:
-        for owners, z in zip(test.owners, test.z):
+        for owners, z in zip(case.found.score_test.owners, case.found.score_test.z):
             site = effect_class(owners[0]).site.value
             sites[site] = max(sites[site], float(z) ** 2)
     total = max(sum(sites.values()), 1e-300)
