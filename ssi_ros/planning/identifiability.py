@@ -7,7 +7,6 @@ from ssi_ros.effects import applicable, library, places
 from ssi_ros.effects.likeness import separate_by
 from ssi_ros.effects.registry import deflections
 from ssi_ros.effects.sizes import at_size
-from ssi_ros.template_cache import effect_templates
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.detectors.input_reconstruction import sensitivity
 from ssi_ros.gap.inference.score_test import make_templates, promise
@@ -15,6 +14,7 @@ from ssi_ros.gap.nominal.simulator import Simulator
 from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.gap.spectra.segmentation import make_frame
 from ssi_ros.inputs.beside import acting, to_be_recorded
+from ssi_ros.template_cache import effect_templates
 from ssi_ros.updating.adapt import standing
 from ssi_ros.updating.correlation import heights_of
 from ssi_ros.updating.model_uncertainty import model_uncertainty

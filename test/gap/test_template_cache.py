@@ -5,9 +5,6 @@ import numpy as np
 import pytest
 
 from ssi_ros.effects import parse_effect
-from ssi_ros.template_cache import (
-    effect_templates, folder, load_changes, load_templates, save_changes, save_templates,
-    templates_key)
 from ssi_ros.gap.inference.score_test import make_templates
 from ssi_ros.gap.inference.unmodelled.templates import make_change_templates
 from ssi_ros.gap.nominal.simulator import Simulator
@@ -15,6 +12,9 @@ from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.gap.spectra.segmentation import make_frame
 from ssi_ros.model import load_spacecraft
 from ssi_ros.model.errors import Calibration
+from ssi_ros.template_cache import (
+    effect_templates, folder, load_changes, load_templates, save_changes, save_templates,
+    templates_key)
 from ssi_ros.updating.adapt import standing
 from ssi_ros.updating.prior import prior_of
 

@@ -12,7 +12,6 @@ from ssi_ros.bootstrap.score_scatter import scatter_of
 from ssi_ros.effects import places
 from ssi_ros.effects.equivalent_hinges import beside_linear, equivalent_hinges, extensions
 from ssi_ros.events.blocks import explained_below_band, search
-from ssi_ros.template_cache import effect_templates, unmodelled_templates
 from ssi_ros.gap.candidate import Candidate, is_approximate, priors_of
 from ssi_ros.gap.comparison import Comparison
 from ssi_ros.gap.detectors import tests_of
@@ -31,6 +30,7 @@ from ssi_ros.gap.spectra.imputation import filled
 from ssi_ros.inputs.beside import remainder
 from ssi_ros.levels.held_out import held_out
 from ssi_ros.tails import norm
+from ssi_ros.template_cache import effect_templates, unmodelled_templates
 from ssi_ros.updating.comparable import comparable
 from ssi_ros.updating.prior import stand
 from ssi_ros.updating.systematic_errors import parameters
