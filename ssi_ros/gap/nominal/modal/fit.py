@@ -260,7 +260,7 @@ def masking_gain(nominal, base, one, two, form):
     if form.masked is None:
         return 0.0
     before, after = (ratio(base.prediction, Averages(s.mean, one.freedom, two.freedom),
-                            nominal.trust) for s in (two, two.without(form.masked)))
+                           nominal.trust) for s in (two, two.without(form.masked)))
     # what remains of a band scatters more
     kept = ~form.masked.T @ two.weights / two.weights.sum()
     scatter = two.mean.shape[-1] ** 2 / 2 * one.freedom / (one.freedom + two.freedom)
