@@ -25,9 +25,29 @@ def firsts(numbers):
     return np.unique(numbers, return_index=True)[1]
 
 
+def rising(numbers):
+    """Return what puts numbers (n,) in order as an index: a slice where they do not fall."""
+    if (numbers[1:] >= numbers[:-1]).all():
+        return slice(None)
+    return np.argsort(numbers, kind='stable')
+
+
 def marked_or_all(marked):
     """Return a mask (n,) as an index: a slice, which copies nothing, where all is marked."""
     return slice(None) if marked.all() else marked
+
+
+def shortened(numbers):
+    """Return whole numbers (n,) that rise by one as a range, which takes no room; else itself."""
+    if len(numbers) and numbers[-1] - numbers[0] == len(numbers) - 1 and (
+            numbers[1:] > numbers[:-1]).all():
+        return range(int(numbers[0]), int(numbers[-1]) + 1)
+    return numbers
+
+
+def written_out(numbers):
+    """Return the whole numbers (n,) of `shortened` as an array."""
+    return np.arange(numbers.start, numbers.stop) if isinstance(numbers, range) else numbers
 
 
 def joined(pieces):

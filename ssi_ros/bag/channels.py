@@ -13,7 +13,8 @@ from .schema import numeric_fields, short_name
 
 DEFAULT_TYPE, DEFAULT_FIELD = 'geometry_msgs/msg/AccelStamped', 'accel.linear.z'
 _BATCH = 50_000                 # messages of a topic that are turned into arrays at once
-_JOINED = 256                   # pieces of a column that are joined at once
+# numbers of a column in one piece: memory of that size goes back to the system when it is let go
+_PIECE = 1 << 23
 
 
 @dataclass(frozen=True)
@@ -107,22 +108,71 @@ def parse_channel(text):
 
 
 class _Column:
-    """A growing column: a heap full of small pieces would not shrink when they are let go."""
+    """A growing column in large pieces: a heap full of small ones would not shrink again."""
 
-    def __init__(self):
-        self.large, self.small = [], []
+    def __init__(self, count):
+        """Begin; so many numbers are expected."""
+        self.full, self.piece, self.held, self.size = [], None, 0, min(max(count, 1), _PIECE)
 
-    def append(self, piece):
-        if piece is None:       # of stamps, where the type has none
+    def append(self, some):
+        """Add numbers (n,); None stands for the stamps of a type that has none."""
+        if some is None:
             return
-        self.small.append(piece)
-        if len(self.small) == _JOINED:
-            self.large.append(np.concatenate(self.small))
-            self.small = []
+        if self.piece is None:
+            self.piece = np.empty(self.size, some.dtype)
+        while self.held + len(some) > self.size:
+            room = self.piece[self.held:]
+            room[:], some = some[:len(room)], some[len(room):]
+            self.full.append(_packed(self.piece))
+            self.piece, self.held = np.empty(self.size, self.piece.dtype), 0
+        self.piece[self.held:self.held + len(some)] = some
+        self.held += len(some)
 
     def whole(self):
-        pieces = self.large + self.small
-        return np.concatenate(pieces) if pieces else None
+        """Return all of it, None where nothing was added; its pieces are let go."""
+        if self.piece is None:
+            return None
+        last, full = self.piece[:self.held], self.full
+        if not full:
+            return last
+        whole, at = np.empty(self.size * len(full) + self.held, last.dtype), 0
+        while full:
+            whole[at:at + self.size] = full.pop(0)
+            at += self.size
+        whole[at:] = last
+        return whole
+
+
+class _Steps:
+    """Times [ns] by their steps in half the room, where they follow each other within 2 s."""
+
+    def __init__(self, first, steps):
+        self.first, self.steps = first, steps
+
+    def __len__(self):
+        return len(self.steps) + 1
+
+    def __array__(self, dtype=None, copy=None):
+        """Return the times."""
+        times = np.empty(len(self), np.int64)
+        times[0] = self.first
+        np.cumsum(self.steps, out=times[1:])
+        times[1:] += self.first
+        return times
+
+
+def _packed(column):
+    """Return a column that waits to be joined: times by their steps where these are small."""
+    if column.dtype != np.int64:
+        return column
+    steps = np.diff(column)
+    small = np.abs(steps).max(initial=0) < 2 ** 31
+    return _Steps(column[0], steps.astype(np.int32)) if small else column
+
+
+def _shared(column, *others):
+    """Return one of the others where it is the same as a column, so that one of them is kept."""
+    return next((o for o in others if o is not None and np.array_equal(o, column)), column)
 
 
 def _readers(bag, channels):
@@ -168,7 +218,8 @@ def read_channels(path, channels=None, progress=None):
     channels = tuple(channels) if channels is not None else find_channels(bag)
     readers = _readers(bag, channels)
     waiting = {topic: ([], []) for topic in readers}
-    parts = [(_Column(), _Column(), _Column()) for _ in channels]
+    counts = [bag.topic(c.topic).count for c in channels]
+    parts = [(_Column(n), _Column(n), _Column(n)) for n in counts]
     begun = set()
 
     def convert(topic):
@@ -208,15 +259,19 @@ def read_channels(path, channels=None, progress=None):
 
 
 def _recording(channels, parts):
-    columns = []
+    columns, by, before = [], [], (None, None, None)
     while parts:        # a channel in pieces is let go before the next one is joined
         stamps, values, logs = (column.whole() for column in parts.pop(0))
+        # channels of one message, or of one instant, have the same times
+        logs = _shared(logs, before[2])
         by_log = stamps is None
-        stamps = logs if by_log else stamps
+        stamps = logs if by_log else _shared(stamps, logs, before[0])
         if len(stamps) > 1 and not stamps.any():
             stamps, by_log = logs, True
         if (np.diff(logs) < 0).any():                # pieces overlap: back to order of arrival
             order = np.argsort(logs, kind='stable')
             stamps, values, logs = stamps[order], values[order], logs[order]
-        columns.append((stamps, values, logs, by_log))
-    return Recording(channels, *zip(*columns)) if columns else Recording((), (), (), (), ())
+        columns.append(before := (stamps, values, logs))
+        by.append(by_log)
+    return Recording(channels, *zip(*columns), tuple(by)) if columns else (
+        Recording((), (), (), (), ()))

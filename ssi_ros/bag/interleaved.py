@@ -6,11 +6,12 @@ are equal, alternate between two steps, or, half a period apart, come evenly at 
 then the last but one sample predicts the next, and the last one adds nothing.
 """
 import numpy as np
-from ssi_ros.arrays import distinct
+from ssi_ros.arrays import distinct, marked_or_all, rising
 
 SHARE = 0.05            # of a channel's samples that are doubled or alternate, at least
 LEAST = 20              # of them, at least
-BLOCK = 128             # stamps that are judged together
+BLOCK = 128             # stamps that are judged together,
+TOGETHER = 2048         # and blocks of them at once
 ALTERNATES = 0.1        # by so much of the sum of two steps in turn they differ at least,
 KEEPS = 0.2             # and by so much of that difference every second step at most
 # steps that differ by no more than what the stamps are rounded to are one step, rounded
@@ -44,9 +45,10 @@ def mixed_words(name, stamps_ns, values):
     str
 
     """
-    order = np.argsort(stamps_ns, kind='stable')
+    order = rising(stamps_ns)
     stamps, values = stamps_ns[order], values[order]
-    twice = np.flatnonzero((np.diff(stamps) == 0) & (np.diff(values) != 0))
+    twice = np.flatnonzero(stamps[1:] == stamps[:-1])
+    twice = twice[values[twice + 1] - values[twice] != 0]
     if 2 * len(twice) > max(LEAST, SHARE * len(stamps)):
         return (f'{len(twice)} of {len(stamps)} samples of {name} have the stamp of another one, '
                 f'and another value{_where(stamps, twice)}: two publishers sent on one topic, or '
@@ -90,14 +92,20 @@ def in_turn(stamps):
     """
     steps = np.diff(stamps)
     quantum = int(np.gcd.reduce(steps)) if len(steps) else 1
-    steps = steps.astype(float)
-    whole = len(steps) // BLOCK * BLOCK
-    parts = steps[:whole].reshape(-1, BLOCK)
+    parts = steps[:len(steps) // BLOCK * BLOCK].reshape(-1, BLOCK)
+    # a day at once would take five times the room of its stamps
+    found = [_in_turn(parts[k:k + TOGETHER].astype(float), quantum)
+             for k in range(0, len(parts), TOGETHER)]
+    found = np.concatenate(found) if found else np.zeros(0, bool)
+    return BLOCK * np.count_nonzero(found), np.flatnonzero(np.repeat(found, BLOCK))
+
+
+def _in_turn(parts, quantum):
+    """Return whether the steps of parts (p, BLOCK) alternate, (p,)."""
     turn = np.median(np.abs(np.diff(parts)), axis=1)
     again = np.median(np.abs(parts[:, 2:] - parts[:, :-2]), axis=1)
     period = np.median(parts[:, 1:] + parts[:, :-1], axis=1)
-    found = (turn > np.maximum(COARSE * quantum, ALTERNATES * period)) & (again < KEEPS * turn)
-    return BLOCK * np.count_nonzero(found), np.flatnonzero(np.repeat(found, BLOCK))
+    return (turn > np.maximum(COARSE * quantum, ALTERNATES * period)) & (again < KEEPS * turn)
 
 
 def doubtful_words(name, stamps_ns, values):
@@ -121,10 +129,11 @@ def doubtful_words(name, stamps_ns, values):
     str
 
     """
-    order = np.argsort(stamps_ns, kind='stable')
-    order = order[np.append(True, np.diff(stamps_ns[order]) != 0)[:len(order)]]
+    order = rising(stamps_ns)
     stamps, values = stamps_ns[order], values[order]
-    usable = np.abs(values) < LOUDEST
+    first = marked_or_all(np.append(True, stamps[1:] != stamps[:-1])[:len(stamps)])
+    stamps, values = stamps[first], values[first]
+    usable = marked_or_all(np.abs(values) < LOUDEST)
     stamps, values = stamps[usable], values[usable]
     if len(values) < PART // 2:
         return ''

@@ -2,7 +2,6 @@
 import math
 import shutil
 
-from ssi_ros.identify.shapes import mac
 from ssi_ros.quantity import fixed, with_spread
 
 
@@ -79,6 +78,7 @@ def compare(theory, count, window, tolerance=0.005):
 
 
 def _mac(one, other):
+    from ssi_ros.identify.shapes import mac
     import numpy as np
     return float(mac(np.asarray(one)[None], np.asarray(other)[None])[0, 0])
 
@@ -90,6 +90,7 @@ def pair(frequencies_hz, shapes, window, reach=0.03):
     Assignment at the least sum of distances in frequency, over `reach`, and 1 - MAC: modes closer
     than their spreads are distinguished by their shapes.
     """
+    from ssi_ros.identify.shapes import mac      # with all of the identification
     import numpy as np
     from scipy.optimize import linear_sum_assignment
     if not window.modes:

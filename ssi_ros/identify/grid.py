@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ssi_ros.arrays import firsts, joined, marked_or_all
+from ssi_ros.arrays import firsts, joined, marked_or_all, shortened, written_out
 from ssi_ros.limits import LIMITS
 
 from .pace import common_rate, fits, LONG, Pace
@@ -353,17 +353,18 @@ class Grid:
         index, values = index[good], values[good]
         if not len(index):
             return
-        before = -1 if self._last[c] is None else self._last[c]
-        step = np.diff(np.maximum.accumulate(np.concatenate(([before], index))))
-        backward = np.concatenate(([before], index[:-1])) > index
+        before, gap_s = -1 if self._last[c] is None else self._last[c], 0.0
+        backward = np.append(before > index[0], index[:-1] > index[1:])
         late = index < self._next
         again = late & (index == before)      # a row that went on had the same stamp
-        gap_s = float(step.max()) * dt * 1e-9 if before >= 0 else 0.0
+        if before >= 0:
+            step = np.diff(np.maximum.accumulate(np.append(before, index)))
+            gap_s = float(step.max()) * dt * 1e-9
         self._count(c, out_of_order=int(np.count_nonzero(backward)),
                     duplicates=int(np.count_nonzero(again)),
                     late=int(np.count_nonzero(late & ~again)), gap_s=gap_s)
         new = marked_or_all(~late)
-        self._rows.setdefault(c, []).append((index[new], values[new]))
+        self._rows.setdefault(c, []).append((shortened(index[new]), values[new]))
         self._last[c] = max(before, int(index.max()))
 
     def _update_rate(self, c, stamps):
@@ -376,9 +377,8 @@ class Grid:
         first, n = self._next, end - self._next
         values = np.full((n, len(self.channels)), np.nan)
         for c in range(len(self.channels)):
-            parts = self._rows.pop(c, [])
-            if parts:
-                index, value = map(joined, zip(*parts))
+            if parts := self._rows.pop(c, []):
+                index, value = map(joined, zip(*((written_out(i), v) for i, v in parts)))
                 later = index >= end
                 if later.any():
                     self._rows[c] = [(index[later], value[later])]

@@ -8,6 +8,7 @@ from ssi_ros.arrays import marked_or_all, runs
 
 BLOCK = 256             # ticks over which a phase is taken
 FEW = 16                # stamps that it needs
+MOST = 1 << 18          # stamps that are looked at at once
 SMALL = 2e-3            # of a sample: below it an offset is left as it is
 LARGE = 0.02            # of a sample: above it an offset may not be left as it is
 DRIFTS = 0.25           # samples by which one clock may run away from another within a record
@@ -45,17 +46,28 @@ def offsets(stamps_ns, rate_hz, start_ns, end_ns):
         return [Offset() for _ in stamps_ns]
     first = min(int(s.min()) for s in held)
     blocks = int((max(int(s.max()) for s in held) - first) * 1e-9 * rate_hz / BLOCK) + 1
-    means = [_phasors((s - first) * 1e-9 * rate_hz, blocks) for s in stamps_ns]
+    means = []
+    for c, stamps in enumerate(stamps_ns):
+        # channels of one message have the same stamps
+        same = c and np.array_equal(stamps, stamps_ns[c - 1])
+        means.append(means[-1] if same else _phasors(stamps, first, rate_hz, blocks))
     reference = next(m for m, s in zip(means, stamps_ns) if len(s))
     return [_between(m, reference) for m in means]
 
 
-def _phasors(ticks, blocks):
+def _phasors(stamps_ns, first_ns, rate_hz, blocks):
     """Return the mean phasor of every block, NaN of those with few stamps."""
-    at, turn = (ticks / BLOCK).astype(np.int64), 2.0 * np.pi * np.mod(ticks, 1.0)
-    n = np.bincount(at, minlength=blocks).astype(float)
-    sums = np.bincount(at, np.cos(turn), blocks) + 1j * np.bincount(at, np.sin(turn), blocks)
-    return np.where(n < FEW, np.nan, sums / np.maximum(n, 1.0))
+    every, n, real, imaginary = np.arange(blocks), *np.zeros((3, blocks))
+    # a day at once would take five times the room of its stamps
+    for begin in range(0, len(stamps_ns), MOST):
+        ticks = (stamps_ns[begin:begin + MOST] - first_ns) * 1e-9 * rate_hz
+        at, turn = (ticks / BLOCK).astype(np.int64), 2.0 * np.pi * np.mod(ticks, 1.0)
+        n += np.bincount(at, minlength=blocks)
+        # sums so far come first, so that they grow in one order and to the same bits
+        at = np.concatenate([every, at])
+        real, imaginary = (np.bincount(at, np.concatenate([sums, part]), blocks)
+                           for sums, part in ((real, np.cos(turn)), (imaginary, np.sin(turn))))
+    return np.where(n < FEW, np.nan, (real + 1j * imaginary) / np.maximum(n, 1.0))
 
 
 def _between(phasors, reference):
@@ -141,6 +153,8 @@ def together(values, found, names, rate_hz):
     """
     Return rows with all channels at the instants of the first, and a sentence where any was moved.
 
+    Where none is late the rows are those that were given, not a copy.
+
     Parameters
     ----------
     values : ndarray, shape (n, l)
@@ -159,8 +173,11 @@ def together(values, found, names, rate_hz):
         an offset cannot be made good.
 
     """
+    by = late_by(found, names)
+    if not any(by):     # a copy of a day is large
+        return values, ''
     values, said = values.copy(), []
-    for c, late in enumerate(late_by(found, names)):
+    for c, late in enumerate(by):
         if not late:
             continue
         new = moved(values[:, c], late)

@@ -7,6 +7,7 @@ from ssi_ros.arrays import distinct, joined
 NEAR = 0.1                # relative distance of the median step from the period, at most
 COMBS = 8192              # periods that are tried in it
 PHASE_SAMPLES = 256       # after so many samples a channel's phase follows the clock's drift
+MOST = 1024               # blocks of them that are looked at at once
 
 
 @dataclass(frozen=True)
@@ -112,9 +113,16 @@ class Phase:
         self.collected = 0
 
     def index(self, since_ns, dt):
+        """Return the tick of each time (n,) [ns], with a period [ns]; follow the phase."""
         out = np.empty(len(since_ns), dtype=np.int64)
-        at = 0
+        at, blocks = 0, 1
         while at < len(since_ns):
+            whole = min(blocks, MOST, (len(since_ns) - at) // PHASE_SAMPLES)
+            if whole > 1 and not self.collected and self.settled_ns is not None:
+                taken = self._steady(since_ns[at:at + whole * PHASE_SAMPLES], dt, out[at:])
+                # where the phase stays many blocks are one
+                at, blocks = at + taken, 2 * blocks if taken == whole * PHASE_SAMPLES else 1
+                continue
             n = min(PHASE_SAMPLES - self.collected, len(since_ns) - at)
             ticks = (since_ns[at:at + n] - self.phase_ns) / dt
             index = np.rint(ticks)
@@ -123,11 +131,23 @@ class Phase:
             self.collected += n
             at += n
             if self.collected == PHASE_SAMPLES:
+                before = self.phase_ns
                 self.phase_ns += float(np.median(np.concatenate(self.residuals))) * dt
                 self.residuals, self.collected = [], 0
                 if self.settled_ns is None:
                     self.settled_ns = self.phase_ns
+                blocks = 2 if self.phase_ns == before else 1
         return out
+
+    def _steady(self, since_ns, dt, out):
+        """Enter the ticks of whole blocks up to one that moves the phase; return how many."""
+        ticks = (since_ns - self.phase_ns) / dt
+        index = np.rint(ticks)
+        medians = np.median((ticks - index).reshape(-1, PHASE_SAMPLES), axis=1)
+        moved = self.phase_ns + medians * dt != self.phase_ns
+        taken = PHASE_SAMPLES * (int(np.argmax(moved)) if moved.any() else len(moved))
+        out[:taken] = index[:taken]
+        return taken
 
 
 class Queue:

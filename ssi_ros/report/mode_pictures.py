@@ -8,7 +8,7 @@ from ssi_ros.identify.plot_stability import accepted, shown
 from ssi_ros.identify.shapes import upright
 from ssi_ros.quantity import fixed, with_spread
 from ssi_ros.report.parts import Picture, Table
-from ssi_ros.report.style import figure, grid, heat, INK
+from ssi_ros.report.style import figure, grid, heat, INK, upright_lines
 
 CLOSE = 0.05            # relative distance within which neighbours get a panel of their own
 PANELS = 24             # of tracks; the identities found most often
@@ -110,9 +110,8 @@ def stabilisation(window, frequencies_hz=None, level=None, unit='(m/s²)/√Hz',
         if poles:
             _poles(made, poles, f'rejected: {legend}', marker, colour)
     _poles(made, accepted(window), 'pole of a mode', 'circle', INK)
-    for m in window.modes:
-        made.add_vline(m.frequency_hz, line_width=0.8, line_color=INK,
-                       line_dash='solid' if m.label == 'structural' else 'dash')
+    upright_lines(made, [(m.frequency_hz, 1, 'solid' if m.label == 'structural' else 'dash')
+                         for m in window.modes])
     made.update_layout(
         xaxis={'title': {'text': 'frequency [Hz]'}, 'type': 'log'},
         yaxis={'title': {'text': 'model order'}},
@@ -156,9 +155,9 @@ def close_modes(window):
         made.add_scatter(x=[p.frequency_hz for p in inside], y=[p.order for p in inside],
                          mode='markers', marker={'color': INK, 'size': 6}, showlegend=False,
                          **place)
-        for m in group:
-            made.add_vline(m.frequency_hz, line_width=0.8, line_color=INK, **place)
         made.update_xaxes(range=[low - edge, high + edge], nticks=4, **place)
+    upright_lines(made, [(m.frequency_hz, k, None) for k, group in enumerate(groups, 1)
+                         for m in group])
     made.update_xaxes(title_text='Hz', row=rows)
     made.update_yaxes(title_text='model order', col=1)
     return (Picture('close_modes', made, 'The same poles where modes are within '

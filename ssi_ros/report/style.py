@@ -23,6 +23,24 @@ def grid(rows, columns, height, titles=(), **options):
     return made
 
 
+def upright_lines(made, lines):
+    """
+    Draw lines over the whole height of panels, all at once: one by one Plotly takes 30 ms each.
+
+    Parameters
+    ----------
+    made : plotly.graph_objects.Figure
+        Without other shapes.
+    lines : sequence of (float, int, str or None)
+        Where on the axis, the number of the panel from 1 on, row by row, and the dash.
+
+    """
+    made.update_layout(shapes=[
+        {'line': {'color': INK, **({'dash': dash} if dash else {}), 'width': 0.8}, 'type': 'line',
+         'x0': x, 'x1': x, 'xref': f'x{number}', 'y0': 0, 'y1': 1, 'yref': f'y{number} domain'}
+        for x, panel, dash in lines for number in ['' if panel == 1 else panel]])
+
+
 def _layout(height):
     return {'template': 'simple_white', 'height': height, 'font': {'size': 13},
             'margin': {'l': 70, 'r': 20, 't': 40, 'b': 50},

@@ -8,6 +8,7 @@ import pytest
 from ssi_ros.bag import (
     BagWriter, Channel, definition_of, encode_accel, open_bag, parse_channel, read_channels,
     recover, write_samples)
+from ssi_ros.bag.channels import _Column
 from ssi_ros.records import Samples
 
 ACCEL = 'geometry_msgs/msg/AccelStamped'
@@ -213,3 +214,28 @@ def test_a_missing_metadata_yaml_is_made_anew(tmp_path, bag):
     bag.mkdir()
     with pytest.raises(ValueError, match='nothing to recover'):
         recover(bag, tmp_path / 'new')
+
+
+@pytest.mark.parametrize('size', [1, 7, 1000])
+def test_columns_in_pieces_are_whole_again(size, monkeypatch, rng):
+    """Times that rise, fall and lie years apart, and values: as they were put in."""
+    monkeypatch.setattr('ssi_ros.bag.channels._PIECE', size)
+    times = np.cumsum(rng.integers(-2 ** 31, 2 ** 31, 100)) + 10 ** 18
+    times[37] += 10 ** 17
+    for numbers in (times, rng.standard_normal(100)):
+        column = _Column(100)
+        for part in np.array_split(numbers, 9):
+            column.append(part)
+        column.append(None)
+        found = column.whole()
+        assert found.dtype == numbers.dtype and np.array_equal(found, numbers)
+    assert _Column(5).whole() is None
+
+
+def test_times_that_channels_share_are_kept_once(tmp_path, rng):
+    """Of channels that were sampled and arrived together."""
+    write_samples(tmp_path / 'bag', Samples(rng.standard_normal((50, 3)), 10.0, tuple('abc')))
+    found = read_channels(tmp_path / 'bag')
+    assert {id(a) for part in (found.stamps_ns, found.arrivals_ns) for a in part} == {
+        id(found.arrivals_ns[0])}
+    assert len({id(v) for v in found.values}) == 3

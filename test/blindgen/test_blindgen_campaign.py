@@ -24,6 +24,10 @@ from rosbags.highlevel import AnyReader
 import yaml
 
 CASES = 6
+# of every kind; which effects and spacecraft does not matter here, so some that are soon made
+PLAN = [('single', (('sensor_gain', 8.0),), 2),
+        ('pair', (('dropped_samples', 5.0), ('harmonic_disturbance', 5.0)), 53),
+        ('outside', (('extra_oscillator', 5.0),), 58), *(('none', (), k) for k in (4, 7, 10))]
 # A tool that answers by one byte of the samples: it must score as chance does. What it finds in
 # its folders, its home and its temporary folder goes into the answer.
 TOOL = """
@@ -55,11 +59,13 @@ def folder(tmp_path_factory):
     git(base / 'repository', 'init', '--quiet')
     for key, value in (('user.name', 'a'), ('user.email', 'a@b')):
         git(base / 'repository', 'config', key, value)
-    code = main(['campaign', '--cases', str(CASES), '--scope', 'small', '--nonce', 'a test',
-                 '--commit', '0' * 40, '--folder', str(base / 'public'), '--workers', '0',
-                 '--register', str(base / 'register.jsonl'), '--repository',
-                 str(base / 'repository'), '--tool',
-                 f'{sys.executable} {base / "tool.py"} {{bag}} {{json}} {{model}} {{healthy}}'])
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr('blindgen.cases.make.drafts', lambda count, seed, scope: PLAN[:count])
+        code = main(['campaign', '--cases', str(CASES), '--scope', 'small', '--nonce', 'a test',
+                     '--commit', '0' * 40, '--folder', str(base / 'public'), '--workers', '0',
+                     '--register', str(base / 'register.jsonl'), '--repository',
+                     str(base / 'repository'), '--tool', f'{sys.executable} '
+                     f'{base / "tool.py"} {{bag}} {{json}} {{model}} {{healthy}}'])
     assert code == 0
     return base / 'public'
 
@@ -201,6 +207,18 @@ def test_making_again_keeps_the_cases_and_refuses_another_campaign(folder, tmp_p
         make(tmp_path, tmp_path / 'sealed.json', CASES, 'n', 'c')
     with pytest.raises(ValueError, match='locked'):
         run(folder)
+
+
+@pytest.mark.slow
+def test_a_plan_that_is_drawn_is_made(tmp_path):
+    """Whatever the seed draws: the sealed labels are those of the drafts, every case is hashed."""
+    public = make(tmp_path / 'public', tmp_path / 'sealed.json', CASES, 'a test', '0' * 40,
+                  SMALL, keep=False)
+    labels = [v['label'] for v in read_json(tmp_path / 'sealed.json')['labels'].values()]
+    planned = drafts(CASES, int(seed_of('0' * 40, 'a test'), 16), SMALL)
+    assert sorted((v['seed'], v['kind'], len(v['effects'])) for v in labels) == sorted(
+        (seed, kind, len(effects)) for kind, effects, seed in planned)
+    assert len(set(public['cases'].values())) == CASES
 
 
 def test_a_tool_that_never_ends_is_stopped(folder, tmp_path):

@@ -54,10 +54,10 @@ def evening(tmp_path_factory):
         git(repository, 'config', key, value)
     folder, common = base / 'lost', ['--workers', '0', '--register', str(base / 'register.jsonl')]
     with pytest.MonkeyPatch.context() as patch:
-        # planned in no time: what is planned does not matter here
+        # planned in no time: what is planned does not matter here; seeds of one healthy recording
         patch.setattr('blindgen.cases.make.drafts', lambda count, seed, sizes: [
             ('single', (('dropped_samples', 5.0),), 7),
-            *(('none', (), k) for k in range(1, CASES))])
+            *(('none', (), k) for k in (2, 53, 58, 19, 30))])
         assert main(['make', '--cases', str(CASES), '--scope', 'small', '--nonce', NONCE,
                      '--commit', '0' * 40, '--folder', str(folder), '--transient', *common]) == 0
     assert not list((folder / 'cases').iterdir())

@@ -1,4 +1,4 @@
-"""Two small cases with the real tool, by its command line alone."""
+"""A small case with the real tool, by its command line alone."""
 from pathlib import Path
 import sys
 
@@ -20,18 +20,17 @@ def test_the_real_tool_reads_what_is_written_and_answers(tmp_path):
     """
     The tool reads bags of another writer with spacecraft of any shape, and answers in the schema.
 
-    A minute of record and two candidates are too few to judge how well: no share is asserted.
+    A minute of record and two candidates are too few to judge how well: no share is asserted. Of
+    two channels and one healthy recording, so that it is soon made.
     """
     folder = tmp_path / 'public'
     gain = {'name': 'sensor_gain', 'parameters': {'channel': 'e1_a', 'scale': 1.2}}
-    names = ('case_a', 'case_b')
-    hashes = dict(write_case(folder, name, {'kind': kind, 'effects': effects, 'seed': 7}, SMALL)
-                  for name, kind, effects in zip(names, ('none', 'single'), ([], [gain])))
-    write_json(folder / 'commitment.json', {'cases': hashes})
+    name, hashed = write_case(folder, 'case_a', {'kind': 'single', 'effects': [gain], 'seed': 2},
+                              SMALL)
+    write_json(folder / 'commitment.json', {'cases': {name: hashed}})
     trouble = run(folder, Run((f"{sys.executable} -c '{PLAIN}' {{model}} {{calibrated}}",
                                f'{COMMAND} diagnose {{bag}} --model {{calibrated}} --no-pairs '
                                '--effects sensor_gain,stiffness_scale --json {json}')))
-    assert trouble == dict.fromkeys(names, '')
-    for name in names:
-        assert read_json(folder / 'answers' / f'{name}.json')['schema'] == 'ssi_ros/diagnosis/1'
+    assert trouble == {name: ''}
+    assert read_json(folder / 'answers' / f'{name}.json')['schema'] == 'ssi_ros/diagnosis/1'
     assert main(['lock', '--folder', str(folder)]) == 0

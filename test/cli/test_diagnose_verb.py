@@ -9,14 +9,14 @@ FEW = 'sensor_gain,array_asymmetry,sensor_noise'
 def test_loop_closes(tmp_path, capsys):
     """The effect is found, written to a configuration, and the corrected model is quiet."""
     bag, fixed, out = (str(tmp_path / n) for n in ('bag', 'corrected.yaml', 'd.json'))
-    assert main(['simulate', bag, '--duration-s', '200', '--effect',
+    assert main(['simulate', bag, '--duration-s', '120', '--effect',
                  'sensor_gain:channel=e1_b,scale=1.08']) == 0
     assert main(['diagnose', bag, '--effects', FEW, '--json', out, '--apply', fixed]) == 0
     text = capsys.readouterr().out
     assert 'EXPLAINED: sensor_gain: scale of channel e1_b is 1.0' in text
     assert json.loads((tmp_path / 'd.json').read_text())['verdict']['effects'] == ['sensor_gain']
     again = str(tmp_path / 'again')
-    assert main(['simulate', again, '--config', fixed, '--duration-s', '200', '--seed', '5']) == 0
+    assert main(['simulate', again, '--config', fixed, '--duration-s', '120', '--seed', '5']) == 0
     assert main(['diagnose', bag, '--effects', FEW, '--model', fixed]) == 0
     assert main(['diagnose', again, '--effects', FEW, '--model', fixed]) == 0
     assert capsys.readouterr().out.count('WITHIN_FLOOR') == 2

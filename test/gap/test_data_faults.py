@@ -13,7 +13,7 @@ from ssi_ros.model.errors import Calibration, declared
 from ssi_ros.model.uncertainty import EXACT, Uncertainty
 from ssi_ros.report.diagnosis_page import diagnosis_markdown, diagnosis_page
 
-SECONDS = 200.0
+SECONDS = 120.0
 
 
 def reverse(values):

@@ -3,6 +3,7 @@ import numpy as np
 import pytest
 
 from ssi_ros.identify.grid import Grid
+from ssi_ros.identify.stamps import Phase
 
 START = 1_700_000_000_000_000_000
 
@@ -154,3 +155,16 @@ def test_other_rate_is_seen():
     rows_of(grid)
     assert grid.rate_hz in (50.0, 75.0, 100.0)
     assert grid.counts[1].rate_hz == pytest.approx(50.0)
+
+
+def test_a_phase_that_stays_is_followed_in_large_steps(rng):
+    """Ticks and phase of stamps in one piece are those of stamps in small ones, to the bit."""
+    since = np.arange(9000) * 1e7
+    since[3000:3600] += rng.uniform(-2e6, 2e6, 600)
+    since[6000:] += 3e6                # a step, which is followed block by block
+    whole = Phase(0.0)
+    index, parts = whole.index(since, 1e7), Phase(0.0)
+    assert np.array_equal(index, np.concatenate([
+        parts.index(part, 1e7) for part in np.array_split(since, 90)]))
+    assert whole.phase_ns == parts.phase_ns > 2e6
+    assert np.array_equal(index, np.arange(9000))

@@ -106,3 +106,19 @@ def test_jitter_and_a_common_drift_are_none(rng):
     for o in offsets(jitter, RATE, START, START + 10 ** 12):
         # 1 ms of 20,000 stamps: a standard deviation of 1e-3 samples
         assert abs(o.offset) < 5e-3 and abs(o.drift) < 0.02
+
+
+def test_offsets_of_a_long_record_are_those_of_a_whole_one(monkeypatch, rng):
+    """Sums over stamps that are looked at in pieces are the same to the bit, sorted or not."""
+    period = round(1e9 / RATE)
+    stamps = [np.arange(5000) * period + 10 ** 18 + rng.integers(-90_000, 90_000, 5000)
+              + late for late in (0, 310_000, 0)]
+    stamps[1][700:900] = stamps[1][700:900][::-1]
+    stamps.append(stamps[2].copy())
+
+    def found():
+        return offsets(stamps, RATE, int(stamps[0][0]), int(stamps[2][-1]))
+    whole = found()
+    assert whole[2] == whole[3] and whole[1].offset == pytest.approx(0.31e-3 * RATE, abs=1e-3)
+    monkeypatch.setattr('ssi_ros.identify.offsets.MOST', 333)
+    assert found() == whole

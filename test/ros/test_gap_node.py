@@ -57,7 +57,7 @@ def simulator(bench, **more):
     """Start the simulator of the record."""
     bench.processes.start('simulator', 'simulator', **{
         'effects': [EFFECT], 'seed': SEED, 'start_s': START_S, 'duration_s': SECONDS,
-        'speed': 5.0, 'reliable': True, 'wait_for_subscribers': 1, **more})
+        'speed': 10.0, 'reliable': True, 'wait_for_subscribers': 1, **more})
 
 
 def compare(messages, offline):
@@ -117,10 +117,10 @@ def test_replay_is_offline(bench, tmp_path, record, offline):
 
 def test_diagnose_answers_and_the_node_goes_on(bench):
     """The verdict comes in the reply and on the topic; meanwhile other calls are answered."""
-    gap_node(bench, record_s=50.0)
+    gap_node(bench, record_s=30.0, hop_s=30.0)
     refused = bench.call(Trigger, '/gap/diagnose', Trigger.Request())
     assert not refused.success and 'no samples yet' in refused.message
-    simulator(bench)
+    simulator(bench, duration_s=35.0)
     assert bench.ended('simulator', PREPARED_S) == 0
     client = bench.node.create_client(Trigger, '/gap/diagnose')
     bench.wait(client.service_is_ready)
