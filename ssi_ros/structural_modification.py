@@ -14,7 +14,7 @@ RIDGE = 1e-9            # of the trace of an information matrix
 
 
 def response(f, frequencies_hz, damping_ratios):
-    """Return the acceleration of modes under a force of fixed level, of the shapes broadcast."""
+    """Return the acceleration of modes under a force of fixed level; arrays are broadcast."""
     return f ** 2 / (frequencies_hz ** 2 - f ** 2 + 2j * damping_ratios * frequencies_hz * f)
 
 
