@@ -78,7 +78,7 @@ class LocalChange:
         # of unit stiffness
         self.response = response(f[..., None], f0, damping_ratios) * (f0 / f[..., None]) ** 2
         power = np.abs(self.response[..., mode]) ** 2
-        self.weight = power / power.mean(axis=1, keepdims=True)
+        self.weight = power / power.sum(axis=1, keepdims=True)
 
     def ratio(self, acts, reached):
         """
@@ -88,9 +88,9 @@ class LocalChange:
         far each mode reaches it. The entry of this mode is the logarithm of its own ratio.
         """
         k, left = self.mode, 1 / (1 + self.response @ (acts * reached))
-        found = -acts * reached[k] * np.mean((self.weight * left)[..., None] * self.response, 1)
+        found = -acts * reached[k] * ((self.weight * left)[:, None] @ self.response)[:, 0]
         own = 1 - acts[k] * reached[k] * self.response[..., k] * left
-        found[:, k] = (np.log(np.mean(np.abs(own) ** 2 * self.weight, axis=1)) / 2
+        found[:, k] = (np.log(np.sum(np.abs(own) ** 2 * self.weight, axis=1)) / 2
                        + 1j * np.angle(1 + found[:, k]))
         return found
 

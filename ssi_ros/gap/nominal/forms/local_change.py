@@ -78,7 +78,7 @@ def from_scores(nominal, spectrum, residual, white):
     modes, count = nominal.modes, len(nominal.modes)
     rows = np.zeros((count, count, len(residual)))
     for k, (bands, window, both) in enumerate(_near(nominal)):
-        response = np.mean(both.weight[..., None] * both.response, axis=1)
+        response = (both.weight[:, None] @ both.response)[:, 0]
         for i in range(count):
             turn = np.outer(modes.shapes[:, i], modes.duals[:, k].conj())
             part = (-window * response[:, i:i + 1])[..., None] * (turn @ spectrum[bands])

@@ -1,4 +1,6 @@
 """Modal forms of the structure: filters that move modes, eq. (147); each is null at x = 0."""
+from functools import lru_cache
+
 import numpy as np
 
 from ssi_ros.effects import ModalPattern
@@ -15,21 +17,27 @@ DRIFT_STEPS = 9         # of the mean over a drift
 
 def modal_gain(nominal, ratios, damping_ratios):
     """Return the filter (b, l, l) that multiplies frequencies, damping by ratios (m,), (147)."""
-    modes, cut, still = nominal.modes, nominal.cut, np.eye(len(nominal.channels), dtype=complex)
-    gain = np.tile(still, (cut.bands, 1, 1))
-    half = (cut.band_bins / 2 + 1) * cut.resolution_hz
+    modes, cut = nominal.modes, nominal.cut
+    gain = np.tile(np.eye(len(nominal.channels), dtype=complex), (cut.bands, 1, 1))
     for i in np.flatnonzero((ratios != 1.0) | (damping_ratios != 1.0)):
-        f0, xi = modes.frequencies_hz[i], modes.damping_ratios[i]
-        reach = max(reach_hz(f0, xi, cut), WIDER * abs(ratios[i] - 1) * f0)
-        near = np.flatnonzero(np.abs(cut.middles_hz - f0) < 3 * reach)
-        f = cut.middles_hz[near][:, None] + np.linspace(-half, half, POINTS)
-        own = moved_mode(f, (f0, xi), (f0 * ratios[i], xi * damping_ratios[i]))
-        # far away other modes dominate
-        window = 1 / (1 + ((cut.middles_hz[near] - f0) / reach) ** 8)
-        factor = np.exp(window * own) - 1
-        pick = np.outer(modes.shapes[:, i], modes.duals[:, i].conj())
-        gain[near] = (still + factor[:, None, None] * pick) @ gain[near]
+        near, factor = _moved(modes, cut, i, ratios[i], damping_ratios[i])
+        picked = modes.duals[:, i].conj() @ gain[near]
+        gain[near] += (factor[:, None] * modes.shapes[:, i])[..., None] * picked[:, None]
     return gain
+
+
+@lru_cache(maxsize=256)
+def _moved(modes, cut, i, ratio, damping_ratio):
+    """Return bands near a mode, and what it has more of itself in each, both (c,)."""
+    half = (cut.band_bins / 2 + 1) * cut.resolution_hz
+    f0, xi = modes.frequencies_hz[i], modes.damping_ratios[i]
+    reach = max(reach_hz(f0, xi, cut), WIDER * abs(ratio - 1) * f0)
+    near = np.flatnonzero(np.abs(cut.middles_hz - f0) < 3 * reach)
+    f = cut.middles_hz[near][:, None] + np.linspace(-half, half, POINTS)
+    own = moved_mode(f, (f0, xi), (f0 * ratio, xi * damping_ratio))
+    # far away other modes dominate
+    window = 1 / (1 + ((cut.middles_hz[near] - f0) / reach) ** 8)
+    return near, np.exp(window * own) - 1
 
 
 @modal_form('stiffness_scale')
