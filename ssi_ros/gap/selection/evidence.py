@@ -223,8 +223,8 @@ def _beside_the_best(ranked, settings, effects):
         alike = np.flatnonzero(counts == count)
         best = ranked[alike[np.argmax(logs[alike])]]
         share = 1 - 1 / law_variance(best.explained - before)
-        # what a detector does not find is not there, whatever the spectra look like
-        gains = np.array([r.log_evidence - min(r.bonus, 0.0) for r in ranked])
+        # what moves through a record, or does not, is no matter of its mean spectra
+        gains = np.array([r.log_evidence - r.fit.candidate.odds_in_time for r in ranked])
         logs[alike] += share * (gains[alike].max() - gains[alike])
         before = max(before, best.explained)
     return logs

@@ -15,9 +15,14 @@ from ssi_ros.gap.selection.evidence import (
 from ssi_ros.gap.settings import DiagnosisSettings
 
 
-def occam(candidate, covariance):
+def occam(of, covariance):
     """Return the log of posterior over prior volume of a candidate."""
-    return log_prior_ratio(priors_of(candidate), covariance)
+    return log_prior_ratio(priors_of(of), covariance)
+
+
+def candidate(*names, odds=0.0):
+    """Return what stands for a candidate."""
+    return SimpleNamespace(names=names, odds_in_time=odds)
 
 
 def test_a_size_that_is_not_seen_is_less_likely_than_none():
@@ -84,27 +89,29 @@ def test_a_law_may_be_off_by_a_tenth_of_what_it_explains():
 def test_laws_are_not_compared_as_if_they_were_exact(explained, ratio):
     """Of an effect of 20 deviations a tenth is two: 15 nats then say as much as 3, (113e)."""
     settings = DiagnosisSettings()
-    fits = [SimpleNamespace(log_likelihood=v, candidate=SimpleNamespace(names=(n,)))
+    fits = [SimpleNamespace(log_likelihood=v, candidate=candidate(n))
             for v, n in ((200.0, 'one'), (185.0, 'other'))]
     shares, *_ = posterior([Ranked(f, explained=explained) for f in fits],
                            Ranked(SimpleNamespace(log_likelihood=0.0)), 1.0, 1.0, 30, settings)
     assert shares[1] / shares[0] == pytest.approx(ratio, rel=0.02, abs=1e-3)   # and (113d)
 
 
-def test_what_a_detector_does_not_find_counts_in_full():
-    """A drift that no detector sees does not win by fitting a little better, (113e)."""
-    fits = [SimpleNamespace(log_likelihood=v, candidate=SimpleNamespace(names=(n,)))
-            for v, n in ((11936.0, 'stiffness_drift'), (10917.0, 'stiffness_scale'))]
-    (drift, scale), *_ = posterior(
-        [Ranked(f, bonus=b, explained=f.log_likelihood) for f, b in zip(fits, (-30.0, 0.0))],
+@pytest.mark.parametrize('best, other, odds, named', [
+    (11936.0, 10917.0, -30.0, 1), (477.0, 500.0, 30.0, 0)])
+def test_what_moves_through_a_record_or_does_not_counts_in_full(best, other, odds, named):
+    """A drift wins by what a detector sees of it, and not by fitting a little better, (113e)."""
+    fits = [SimpleNamespace(log_likelihood=v, candidate=candidate(n, odds=o)) for v, n, o in (
+        (best, 'stiffness_drift', odds), (other, 'stiffness_scale', 0.0))]
+    shares, *_ = posterior(
+        [Ranked(f, bonus=f.candidate.odds_in_time, explained=f.log_likelihood) for f in fits],
         Ranked(SimpleNamespace(log_likelihood=0.0)), 1.0, 1.0, 30, DiagnosisSettings())
-    assert drift < 0.01 < 0.7 < scale
+    assert shares.min() < 0.01 < 0.7 < shares.max() and np.argmax(shares) == named
 
 
 @pytest.mark.parametrize('count', [1, 4])
 def test_a_residual_leaves_the_nearest_effects_a_share(count):
     """Of known effects a share leaves as much, however improbable it is, (113f)."""
-    fits = [SimpleNamespace(log_likelihood=100.0, candidate=SimpleNamespace(names=(f'e{i}',)))
+    fits = [SimpleNamespace(log_likelihood=100.0, candidate=candidate(f'e{i}'))
             for i in range(count)]
     shares, _, unknown = posterior([Ranked(f) for f in fits],
                                    Ranked(SimpleNamespace(log_likelihood=0.0)), 1e-200, 1.0, 30,
@@ -114,7 +121,7 @@ def test_a_residual_leaves_the_nearest_effects_a_share(count):
 
 def test_a_second_effect_is_weighed_by_what_it_adds():
     """Beside a nutation of a hundred deviations, lost samples that are sure stay sure."""
-    found = [Ranked(SimpleNamespace(log_likelihood=v, candidate=SimpleNamespace(names=n)),
+    found = [Ranked(SimpleNamespace(log_likelihood=v, candidate=candidate(*n)),
                     explained=v) for v, n in (
         (5000.0, ('one',)), (5150.0, ('one', 'two')), (5100.0, ('one', 'three')))]
     shares, *_ = posterior(found, Ranked(SimpleNamespace(log_likelihood=0.0)), 1.0, 1.0, 30,
@@ -129,9 +136,9 @@ def test_two_effects_are_as_rare_as_something_unknown(p_value, least, most):
     settings = DiagnosisSettings()
 
     def answer(names):
-        found = [Ranked(SimpleNamespace(log_likelihood=200.0, candidate=SimpleNamespace(
-            names=names)), explained=200.0), Ranked(SimpleNamespace(
-                log_likelihood=20.0, candidate=SimpleNamespace(names=('one',))), explained=20.0)]
+        found = [Ranked(SimpleNamespace(log_likelihood=200.0, candidate=candidate(*names)),
+                        explained=200.0), Ranked(SimpleNamespace(
+                log_likelihood=20.0, candidate=candidate('one')), explained=20.0)]
         null = Ranked(SimpleNamespace(log_likelihood=0.0))
         return posterior(found, null, p_value, 1.0, 30, settings)
     (pair, one), _, unknown = answer(('one', 'two'))
@@ -147,7 +154,7 @@ def test_a_hidden_second_effect_has_the_odds_of_the_priors():
     seen = rng.random((draws, 2)) < 0.5
     one = np.where(both, seen.sum(axis=1) == 1, seen[:, 0])
     hidden = np.count_nonzero(one & both) / np.count_nonzero(one & ~both)
-    fit = SimpleNamespace(log_likelihood=200.0, candidate=SimpleNamespace(names=('one',)))
+    fit = SimpleNamespace(log_likelihood=200.0, candidate=candidate('one'))
     (named,), _, unknown = posterior([Ranked(fit, explained=200.0)], Ranked(
         SimpleNamespace(log_likelihood=0.0)), 1.0, 1.0, 30, settings)
     nothing = 0.15 * settings.prior_unknown / settings.prior_single     # of p = 1, (113)

@@ -105,6 +105,11 @@ class ModalCandidate:
         return sum(f.bonus for f in self.forms)
 
     @property
+    def odds_in_time(self):
+        """Log odds of what moves through the record, which no mean of its spectra shows."""
+        return sum(f.bonus for f in self.forms if f.pattern is ModalPattern.FREQUENCY_DRIFT)
+
+    @property
     def approximation(self):
         """Share of the gap that a right candidate may leave: the error of its modal form."""
         # An equivalent linear form is Gaussian and a joint is not, nor are impulses, which excite
