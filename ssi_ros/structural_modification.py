@@ -102,21 +102,23 @@ def rank_one(score, information):
     Score (m, m) and information (m, m, m, m) are of all entries of the matrix; u and v follow by
     alternating least squares from the columns of the likeliest matrix without that limit.
     """
-    m, best = len(score), (-np.inf, None, None)
+    m, best = len(score), (0.0, np.zeros(len(score)), np.zeros(len(score)))
     flat = information.reshape(m * m, m * m)
-    free = np.linalg.solve(flat + 1e3 * RIDGE * np.trace(flat) * np.eye(m * m),
-                           score.ravel()).reshape(m, m)
+    free = _solved(flat, score.ravel(), 1e3 * RIDGE).reshape(m, m)
     gains = np.diag(free) ** 2 * np.diag(np.diag(flat).reshape(m, m))
     for k in np.argsort(-gains)[:3]:
+        if not gains[k] > 0.0:
+            continue
         v = np.clip(free[k] / free[k, k], -5.0, 5.0)
         for _ in range(ROUNDS):
             u = _solved(np.einsum('ikjl,k,l->ij', information, v, v), score @ v)
             v = _solved(np.einsum('ikjl,i,j->kl', information, u, u), u @ score)
-            u, v = u * v[k], v / v[k]
+            v, u = v / (v[k] or 1.0), u * (v[k] or 1.0)
         gain = u @ score @ v - np.einsum('ikjl,i,k,j,l', information, u, v, u, v) / 2
-        best = max(best, (float(gain), tuple(u), tuple(v)))
-    return np.array(best[1]), np.array(best[2]), best[0]
+        if gain > best[0]:
+            best = gain, u, v
+    return best[1], best[2], best[0]
 
 
-def _solved(matrix, right):
-    return np.linalg.solve(matrix + RIDGE * np.trace(matrix) * np.eye(len(matrix)), right)
+def _solved(matrix, right, ridge=RIDGE):
+    return np.linalg.solve(matrix + (ridge * np.trace(matrix) or 1.0) * np.eye(len(right)), right)

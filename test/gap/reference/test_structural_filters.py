@@ -8,7 +8,7 @@ from ssi_ros.gap.nominal.modal.fit import Averages, fit, predict, ratio, residua
 from ssi_ros.gap.nominal.modal.reference import Modes, Nominal
 from ssi_ros.gap.spectra.band_averages import plan
 from ssi_ros.hermitian import filtered, whitened_alike
-from ssi_ros.structural_modification import LocalChange
+from ssi_ros.structural_modification import LocalChange, rank_one
 
 RATE_HZ = 50.0
 F0, XI = np.array([5.0, 5.3]), np.array([0.02, 0.015])
@@ -104,3 +104,13 @@ def test_a_fit_finds_the_place_from_either_start(begin):
     found = fit(there, record, (form,), np.append(np.zeros(2), form.start), origin=np.zeros(2))
     parts = found.x[2:4] * np.sign(found.x[2])
     np.testing.assert_allclose(parts, PARTS, rtol=0.1)
+
+
+def test_a_matrix_of_rank_one_is_found_where_some_scores_are_none():
+    """Of a mode that no band holds nothing is known; of none at all, nothing."""
+    u, v = np.array([0.02, -0.05, 0.0]), np.array([1.0, 0.5, 0.0])
+    known = np.diag(np.outer([1, 1, 0], [1, 1, 0]).ravel().astype(float)).reshape(3, 3, 3, 3)
+    acts, reached, gain = rank_one(np.outer(u, v), known)
+    np.testing.assert_allclose(np.outer(acts, reached), np.outer(u, v), atol=1e-8)
+    assert gain == pytest.approx(np.sum(np.outer(u, v) ** 2) / 2)
+    assert not np.any(rank_one(np.zeros((3, 3)), np.zeros((3, 3, 3, 3)))[0])

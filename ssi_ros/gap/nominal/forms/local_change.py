@@ -18,6 +18,7 @@ from ssi_ros.structural_modification import LocalChange, rank_one
 POINTS = 9              # at which a resonance is averaged over a band
 MOST_MASS = 6.0         # logarithm of one modal mass over another
 LEAST_PART = 1e-3       # root of a relative change of stiffness at which a fit begins
+MOST_ROWS = 5_000_000   # numbers of all scores that a start is sought by; bands are left out
 BY_CHANCE = 0.05        # of a MAC of parts and shapes: the place does not move as a channel does
 
 
@@ -75,7 +76,9 @@ def from_scores(nominal, spectrum, residual, white):
 
     `white` whitens a change of the spectrum (b, l, l), (n,).
     """
-    modes, count = nominal.modes, len(nominal.modes)
+    modes, count, total = nominal.modes, len(nominal.modes), nominal.cut.bands
+    step = 1 + count ** 2 * len(residual) // MOST_ROWS
+    residual = residual.reshape(total, -1)[::step].ravel()
     rows = np.zeros((count, count, len(residual)))
     for k, (bands, window, both) in enumerate(_near(nominal)):
         response = (both.weight[:, None] @ both.response)[:, 0]
@@ -84,11 +87,12 @@ def from_scores(nominal, spectrum, residual, white):
             part = (-window * response[:, i:i + 1])[..., None] * (turn @ spectrum[bands])
             change = np.zeros_like(spectrum)
             change[bands] = part + part.conj().swapaxes(-1, -2)
-            rows[i, k] = white(change)
-    acts, reached, _ = rank_one(rows @ residual, np.einsum('ikn,jln->ikjl', rows, rows))
+            rows[i, k] = white(change).reshape(total, -1)[::step].ravel()
+    flat = rows.reshape(count ** 2, -1)
+    acts, reached, _ = rank_one(rows @ residual, (flat @ flat.T).reshape((count,) * 4))
     moved = acts * reached
-    sign = np.sign(moved @ np.einsum('kkn,kkn->k', rows, rows))
-    parts = np.sqrt(np.maximum(sign * moved, LEAST_PART ** 2)) * np.sign(reached)
+    sign = np.sign(moved @ np.einsum('kkn,kkn->k', rows, rows)) or -1.0
+    parts = np.sqrt(np.maximum(sign * moved, LEAST_PART ** 2)) * np.where(reached < 0, -1.0, 1.0)
     masses = np.log(np.maximum(np.abs(reached), 1e-9) / np.maximum(np.abs(acts), 1e-9))
     masses -= 3 * np.log(modes.frequencies_hz)
     return local_change(nominal, sign, parts, masses - masses[np.argmax(np.abs(parts))])
