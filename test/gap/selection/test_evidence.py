@@ -136,9 +136,8 @@ def test_two_effects_are_as_rare_as_something_unknown(p_value, least, most):
     settings = DiagnosisSettings()
 
     def answer(names):
-        found = [Ranked(SimpleNamespace(log_likelihood=200.0, candidate=candidate(*names)),
-                        explained=200.0), Ranked(SimpleNamespace(
-                log_likelihood=20.0, candidate=candidate('one')), explained=20.0)]
+        found = [Ranked(SimpleNamespace(log_likelihood=v, candidate=candidate(*n)), explained=v)
+                 for v, n in ((200.0, names), (20.0, ('one',)))]
         null = Ranked(SimpleNamespace(log_likelihood=0.0))
         return posterior(found, null, p_value, 1.0, 30, settings)
     (pair, one), _, unknown = answer(('one', 'two'))

@@ -11,7 +11,7 @@ from ssi_ros.effects import ModalPattern
 from ssi_ros.effects.registry import showing
 from ssi_ros.gap.nominal.forms.candidate import Form, Number
 from ssi_ros.gap.nominal.forms.sensor import at_mode
-from ssi_ros.gap.nominal.modal.reference import reach_hz
+from ssi_ros.gap.nominal.modal.reference import around, reach_hz
 from ssi_ros.identify.shapes import mac
 from ssi_ros.structural_modification import LocalChange, rank_one
 
@@ -123,13 +123,9 @@ def from_frequencies(nominal, moved, ties, likelihood):
 
 def _near(nominal):
     """Return bands near each mode, (c,), their windows (c, 1), and a LocalChange in them."""
-    modes, cut = nominal.modes, nominal.cut
-    half, found = (cut.band_bins / 2 + 1) * cut.resolution_hz, []
+    modes, cut, found = nominal.modes, nominal.cut, []
     for k, (f0, xi) in enumerate(zip(modes.frequencies_hz, modes.damping_ratios)):
-        reach = reach_hz(f0, xi, cut)
-        away = cut.middles_hz - f0
-        bands = np.flatnonzero(np.abs(away) < 3 * reach)
-        f = cut.middles_hz[bands][:, None] + np.linspace(-half, half, POINTS)
-        found.append((bands, 1 / (1 + (away[bands, None] / reach) ** 8), LocalChange(
+        bands, f, window = around(cut, f0, reach_hz(f0, xi, cut), POINTS)
+        found.append((bands, window[:, None], LocalChange(
             f, modes.frequencies_hz, modes.damping_ratios, k)))
     return found

@@ -14,7 +14,7 @@ from ssi_ros.effects.registry import showing
 from ssi_ros.gap.nominal.forms.candidate import Form, Number
 from ssi_ros.gap.nominal.forms.sensor import at_mode
 from ssi_ros.gap.nominal.forms.structure import modal_gain, POINTS
-from ssi_ros.gap.nominal.modal.reference import found_again, reach_hz
+from ssi_ros.gap.nominal.modal.reference import around, found_again, reach_hz
 from ssi_ros.hermitian import matrix_power
 from ssi_ros.structural_modification import TwoModes
 
@@ -118,11 +118,7 @@ def _mixer(nominal, pair):
     modes, cut, pair = nominal.modes, nominal.cut, list(pair)
     f0, xi = modes.frequencies_hz[pair], modes.damping_ratios[pair]
     reach = WIDE * max(reach_hz(f, x, cut) for f, x in zip(f0, xi)) + np.ptp(f0)
-    away = (cut.middles_hz - f0.mean()) / reach
-    near = np.flatnonzero(np.abs(away) < 3.0)
-    window = 1 / (1 + away[near] ** 8)
-    half = (cut.band_bins / 2 + 1) * cut.resolution_hz
-    f = cut.middles_hz[near][:, None] + np.linspace(-half, half, POINTS)
+    near, f, window = around(cut, f0.mean(), reach, POINTS)
     shapes = real_shapes(modes)[:, pair]
     duals = np.linalg.pinv(shapes)
     both = TwoModes(f, f0, xi, duals @ nominal.spectrum[near] @ duals.T)

@@ -146,6 +146,16 @@ def reach_hz(frequency_hz, damping_ratio, cut):
     return max(REACH * damping_ratio * frequency_hz, NEAR_BINS * cut.resolution_hz)
 
 
+def around(cut, frequency_hz, reach, points):
+    """Return bands near a frequency (c,), frequencies in each (c, points) [Hz], a window (c,)."""
+    away = cut.middles_hz - frequency_hz
+    bands = np.flatnonzero(np.abs(away) < 3 * reach)
+    half = (cut.band_bins / 2 + 1) * cut.resolution_hz
+    f = cut.middles_hz[bands][:, None] + np.linspace(-half, half, points)
+    # far away other modes dominate
+    return bands, f, 1 / (1 + (away[bands] / reach) ** 8)
+
+
 def _duals(frequencies, dampings, shapes, cut):
     duals = np.zeros_like(shapes)
     for i, f in enumerate(frequencies):
