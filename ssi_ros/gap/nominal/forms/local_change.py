@@ -4,6 +4,8 @@ A local change of the structure: one spring or mass more or less, of rank one in
 It moves every mode by the square of what the mode has of the place, and turns the shapes of all
 of them by the same numbers: neither a moved sensor nor frequencies that change alone do that.
 """
+from functools import lru_cache
+
 import numpy as np
 from scipy.special import betainc
 
@@ -31,7 +33,7 @@ def local_change(nominal, sign, parts, masses=0.0):
     that changes most, times the cube of the ratio of frequencies: between a spring and a mass.
     """
     modes, cut, count = nominal.modes, nominal.cut, len(nominal.modes)
-    first, near = int(np.argmax(np.abs(parts))), _near(nominal)
+    first, near = int(np.argmax(np.abs(parts))), _near(modes, cut)
     others = np.flatnonzero(np.arange(count) != first)
     usual = 3 * np.log(modes.frequencies_hz / modes.frequencies_hz[first])
 
@@ -76,11 +78,11 @@ def from_scores(nominal, spectrum, residual, white):
 
     `white` whitens a change of the spectrum (b, l, l), (n,).
     """
-    modes, count, total = nominal.modes, len(nominal.modes), nominal.cut.bands
+    modes, cut, count, total = nominal.modes, nominal.cut, len(nominal.modes), nominal.cut.bands
     step = 1 + count ** 2 * len(residual) // MOST_ROWS
     residual = residual.reshape(total, -1)[::step].ravel()
     rows = np.zeros((count, count, len(residual)))
-    for k, (bands, window, both) in enumerate(_near(nominal)):
+    for k, (bands, window, both) in enumerate(_near(modes, cut)):
         response = (both.weight[:, None] @ both.response)[:, 0]
         for i in range(count):
             turn = np.outer(modes.shapes[:, i], modes.duals[:, k].conj())
@@ -121,9 +123,10 @@ def from_frequencies(nominal, moved, ties, likelihood):
     return best
 
 
-def _near(nominal):
+@lru_cache(maxsize=2)
+def _near(modes, cut):
     """Return bands near each mode, (c,), their windows (c, 1), and a LocalChange in them."""
-    modes, cut, found = nominal.modes, nominal.cut, []
+    found = []
     for k, (f0, xi) in enumerate(zip(modes.frequencies_hz, modes.damping_ratios)):
         bands, f, window = around(cut, f0, reach_hz(f0, xi, cut), POINTS)
         found.append((bands, window[:, None], LocalChange(
