@@ -53,7 +53,7 @@ def maximise(here, caps, steps, least=-np.inf):
             step = np.linalg.solve(information + damping * diagonal + weak, score)
             if not np.all(np.isfinite(step)):
                 return None, information
-            share = min(1.0, longest * np.min(caps / np.maximum(np.abs(step), 1e-300)))
+            share = min(1.0, longest * np.min(caps / np.maximum(np.abs(step), 1e-12 * caps)))
             step = share * step
             hoped = (score - information @ step / 2) @ step
             if gain < 0.0 and hoped < limit:
@@ -77,6 +77,18 @@ def _gain(here, there, score):
     if here.value is not None:
         return there.value - here.value
     return float((score + there.gradient()[0]) @ (there.x - here.x)) / 2
+
+
+def held_inside(x, bounds, score, information):
+    """Return score and information without coordinates that are at a bound and would pass it."""
+    # the others go on as if these were fixed
+    if bounds is None:
+        return score, information
+    (low, high), score, information = bounds, score.copy(), information.copy()
+    held = np.flatnonzero((x <= low) & (score < 0) | (x >= high) & (score > 0))
+    score[held], information[held], information[:, held] = 0.0, 0.0, 0.0
+    information[held, held] = 1.0
+    return score, information
 
 
 def covariance(information, scales):

@@ -124,6 +124,45 @@ def _white_excess(lower, vectors, out):
                     out[n, k, i, j] = product.real + product.imag - (i == j)
 
 
+def white_products(lower, left, right):
+    """
+    Return L^-1 (x y^H + y x^H) L^-H as `real_vectors`, (n, k l l).
+
+    Parameters
+    ----------
+    lower : ndarray, shape (k, l, l)
+        L^-1, lower triangular.
+    left, right : ndarray, shape (n, k, l)
+        x and y, axes of length 1 repeated.
+
+    """
+    shape = np.broadcast_shapes(left.shape, right.shape)
+    sides = [np.ascontiguousarray(np.broadcast_to(x, shape), np.complex128) for x in (left, right)]
+    out = np.empty((*shape, shape[-1]), float)
+    _white_products(np.ascontiguousarray(lower, np.complex128), *sides, out)
+    return out.reshape(len(out), -1)
+
+
+@njit(cache=True)
+def _white_products(lower, left, right, out):
+    """Write them: of whitened vectors a product of each two components is left."""
+    number, bins, count = left.shape
+    one, two = np.empty(count, np.complex128), np.empty(count, np.complex128)
+    for n in range(number):
+        for k in range(bins):
+            for i in range(count):
+                one[i], two[i] = 0.0, 0.0
+                for j in range(i + 1):
+                    one[i] += lower[k, i, j] * left[n, k, j]
+                    two[i] += lower[k, i, j] * right[n, k, j]
+            for i in range(count):
+                for j in range(i + 1):
+                    total = one[i] * two[j].conjugate() + two[i] * one[j].conjugate()
+                    out[n, k, i, j] = total.real + total.imag
+                    if j < i:
+                        out[n, k, j, i] = total.real - total.imag
+
+
 @njit(cache=True)
 def applied(matrices, vectors):
     """Return the products of complex matrices (n, l, l) with vectors (n, l), each its own."""
@@ -153,6 +192,11 @@ def is_definite(matrices):
     except np.linalg.LinAlgError:
         return False
     return True
+
+
+def least_share(matrices, powers):
+    """Return how often powers (l,) can be taken off the diagonals of matrices (b, l, l)."""
+    return float(np.linalg.eigvalsh(matrices / np.sqrt(np.outer(powers, powers))).min())
 
 
 def inverse_root(matrices):

@@ -8,18 +8,15 @@ Analysis, 2015, ch. 7). Beside the modes every channel has a constant and a term
 that reach it at once and for modes above the band. Whatever happens to the levels of any inputs,
 only F changes: frequencies, damping and shapes stay.
 """
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ssi_ros.hermitian import inverse_root, white_vectors
+from ssi_ros.hermitian import white_vectors
+from ssi_ros.levels.modal_model import begun, bounded, lower_of, MISFIT, refined
 
-NEXT, FAR = 3, 0.4       # modes to the next, or log frequency ratio, beyond which two are apart
 STEPS = 3               # of the reweighted least squares
-RIDGE = 1e-7            # of the information of each entry of F
 FREE_STD = 2.0          # of the change of an entry over its size: 6 dB is 3
-BOUNDED = 0.5, 1.5      # eigenvalues of a model over the mean of model and spectrum, in weights
-MISFIT = 10.0           # eigenvalue of a model over the spectrum, or its inverse, at most
 MOST_CHANGE = 20.0      # power over that of the reference at one common level, or its inverse
 MOST_ENTRIES = 3e7      # of all matrices together: 240 MB
 LEAST_SHARE = 1e-6      # eigenvalue of correlated directions that counts as one of its own
@@ -33,6 +30,10 @@ class ForceSpectra:
     scales: np.ndarray      # (p,), sizes of the entries, sqrt(F_ii F_jj)
     mean: np.ndarray        # (b, l, l), S of the recording in this form
 
+    def in_bands(self, kept):
+        """Return the same in some of the bands, by an array of bool of shape (b,)."""
+        return replace(self, matrices=self.matrices[:, kept], mean=self.mean[kept])
+
     def at_levels_of(self, spectrum, count, level, changed=lambda matrices: matrices):
         """
         Return the spectrum (b, l, l) of the same modes under the forces of another recording.
@@ -45,7 +46,7 @@ class ForceSpectra:
         start, free = changed(usual[None])[0], changed(self.matrices)
         found = start
         for step in range(STEPS):
-            lower = _lower(found, spectrum, first=step == 0)
+            lower = lower_of(found, spectrum, first=step == 0)
             rows = white_vectors(lower, free)
             rest = white_vectors(lower, (spectrum - start)[None])
             inner = count * (rows @ rows.T) * np.outer(scales, scales)
@@ -64,7 +65,7 @@ class ForceSpectra:
         return (vectors[:, kept] / np.sqrt(values[kept])).T @ rows
 
 
-def force_spectra(modes, frequencies_hz, spectrum):
+def force_spectra(modes, frequencies_hz, spectrum, averages):
     """
     Fit the forces on the modes of a recording to its spectrum.
 
@@ -76,6 +77,8 @@ def force_spectra(modes, frequencies_hz, spectrum):
         Points of each band of the spectrum, over which a band is a mean.
     spectrum : ndarray, shape (b, l, l)
         Mean spectral matrix of each band.
+    averages : float
+        Independent spectra in it.
 
     Returns
     -------
@@ -83,34 +86,21 @@ def force_spectra(modes, frequencies_hz, spectrum):
         None without modes, or where all its matrices together are too large.
 
     """
-    count, width = len(modes), spectrum.shape[1]
-    size, logs = count + 2 * width, np.log([m.frequency_hz for m in modes])
-    pairs = np.array([(i, j) for i in range(size) for j in range(i, size)
-                      if j >= count or j - i <= NEXT or abs(logs[i] - logs[j]) < FAR])
-    if not count or len(pairs) * spectrum.size > MOST_ENTRIES:
+    if not modes:
         return None
-    vectors = _vectors(modes, frequencies_hz)
-    matrices = np.array([np.mean(
-        vectors[:, :, :, None, i] * vectors[:, :, None, :, j].conj(), axis=1) for i, j in pairs])
-    matrices = (matrices + matrices.conj().swapaxes(-1, -2)).astype(np.complex64)
-    found, values = spectrum, None
-    for step in range(STEPS):
-        lower = _lower(found, spectrum, first=step == 0)
-        rows = white_vectors(lower, matrices)
-        rest = white_vectors(lower, spectrum[None])
-        norms = np.linalg.norm(rows, axis=1)
-        inner = (rows @ rows.T) / np.outer(norms, norms) + RIDGE * np.eye(len(rows))
-        values = np.linalg.solve(inner, (rows @ rest[0]) / norms) / norms
-        found = np.tensordot(values, matrices, 1)
-    own, alone = np.zeros(size), pairs[:, 0] == pairs[:, 1]
-    own[pairs[alone, 0]] = np.abs(values[alone])
-    scales = np.sqrt(own[pairs[:, 0]] * own[pairs[:, 1]])
+    start = begun(modes, frequencies_hz)
+    if len(start.pairs) * spectrum.size > MOST_ENTRIES:
+        return None
+    model = refined(start, spectrum, averages)
+    matrices, (first, second), noise = model.matrices, model.pairs.T, model.noise
+    alone, own = first == second, np.zeros(len(model.directions))
+    own[first[alone]] = np.abs(model.forces[alone])
+    scales = np.sqrt(own[first] * own[second])
     # the constant of one channel alone may be its noise, which no input changes: what forces do
     # to all channels at once they do to all of them
-    noise = alone & (pairs[:, 0] >= count) & (pairs[:, 0] < count + width)
     common = np.tensordot(scales[noise], matrices[noise], 1)[None]
     return ForceSpectra(np.concatenate([matrices[~noise], common]), np.append(scales[~noise], 1.0),
-                        bounded(found, spectrum, 1 / MISFIT, MISFIT))
+                        bounded(model.spectrum, spectrum, 1 / MISFIT, MISFIT))
 
 
 def turning(before, after):
@@ -118,40 +108,6 @@ def turning(before, after):
     root = _power(before, 0.5)
     back = np.linalg.inv(root)
     return back @ _power(root @ after @ root, 0.5) @ back
-
-
-def _vectors(modes, frequencies_hz):
-    """Return v_i of every mode, and the two terms of every channel, (b, n, l, m + 2 l)."""
-    f = frequencies_hz
-    # a resonance narrower than the points lie would be missed by them
-    least = (f[0, -1] - f[0, 0]) / (f.shape[1] - 1) / 2
-    found = []
-    for m in modes:
-        f0, xi = m.frequency_hz, max(m.damping_ratio, least / m.frequency_hz)
-        shape = np.real(m.shape / m.shape[np.argmax(np.abs(m.shape))])
-        found.append((2 * xi * f ** 2 / (f0 ** 2 - f ** 2 + 2j * xi * f0 * f))[..., None] * shape)
-    for term in (np.ones_like(f), (f / f.max()) ** 2):
-        found += [term[..., None] * e for e in np.eye(len(modes[0].shape))]
-    return np.stack(found, -1)
-
-
-def _lower(model, spectrum, first):
-    """Return the inverse Cholesky factor that whitens by a model, (b, l, l)."""
-    # a model that is far from the spectrum, or no spectrum, gives no weights
-    middle = (model + spectrum) / 2
-    if np.linalg.eigvalsh(middle).min() <= 0.0:
-        middle = bounded(middle, spectrum, *BOUNDED)
-    weights = middle if first else bounded(model, middle, *BOUNDED)
-    return inverse_root(weights)
-
-
-def bounded(model, usual, low, high):
-    """Return a model with its eigenvalues over another, positive one inside bounds."""
-    factor = np.linalg.cholesky(usual)
-    lower = np.linalg.inv(factor)
-    values, vectors = np.linalg.eigh(lower @ model @ lower.conj().swapaxes(-1, -2))
-    vectors = factor @ vectors
-    return (vectors * np.clip(values, low, high)[:, None, :]) @ vectors.conj().swapaxes(-1, -2)
 
 
 def _power(matrices, exponent):

@@ -2,6 +2,7 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 
 from ssi_ros.gap.inference.goodness_of_fit import compare, divergence, floor_of_band
 from ssi_ros.gap.nominal.modal.fit import Averages, fit, LITTLE, residual_of, STEPS
@@ -14,12 +15,14 @@ from ssi_ros.hermitian import filtered
 from ssi_ros.levels.forces import force_spectra, turning
 from ssi_ros.tails import chi2
 
-POINTS = 9              # of a band, over which its modes are averaged
+POINTS = 33             # of a band, over which its modes are averaged
 TRIED = 4               # effects at one level, that could explain as much as other levels do
 NEAREST = 2             # ways of each, as whether it acts on noise as well
 REPEATS = 2             # of the estimate of levels
 LEVELLED = 3            # of them, beside which levels are estimated
 ALIKE = 2.0             # times the median of all channels: so much more noise one may have
+SMOOTH = 9              # bands, over which a misfit is averaged
+LEAST_KNOWN = 0.5       # share of bands that the modes must explain
 PADDING = 0.01          # of the power of a channel: what is below is noise, at another level
 
 
@@ -37,6 +40,14 @@ class Compared:
     def record(self):
         """Return the record as a fit needs it."""
         return Averages(self.two.mean, self.one.freedom, self.two.freedom)
+
+    def in_all_bands(self, mean, cut, level):
+        """Return a mean of the reference, (b, l, l), with the levels of inputs of the record."""
+        if self.turn is None:
+            return mean
+        mean = mean.copy()
+        mean[np.isin(cut.chosen, self.one.cut.chosen)] = self.one.mean / np.exp(level)
+        return mean
 
 
 def compared(nominal_of, one, two, effects):
@@ -56,9 +67,7 @@ def compared(nominal_of, one, two, effects):
     if quiet.all() or abs(level) <= LIMITS.other_level.value + LIMITS.clear_level.value * std:
         return whole
     one, two = (_padded(s.in_bands(~quiet)) for s in (one, two))
-    nominal = nominal_of(one)
-    one, two = _of_equal_noise(nominal, one, two)
-    return Compared(_with(nominal, one), one, two, None, (
+    return replace(_at_one_level(Compared(nominal_of(one), one, two)), notes=(
         f'the level differs by {10 * level / np.log(10):+.1f} dB; {quiet.sum()} of {len(quiet)} '
         'bands hold noise only, which does not grow with it, and were left out',))
 
@@ -108,9 +117,16 @@ def at_free_levels(whole, effects):
     cut = one.cut
     half = (cut.band_bins + 1) * cut.resolution_hz / 2
     points = cut.middles_hz[:, None] + np.linspace(-half, half, POINTS)
-    forces = force_spectra(nominal.identified, points, nominal.spectrum)
-    if forces is None or _misfit(forces.mean, one) > LIMITS.usual_scatter.value:
+    forces = force_spectra(nominal.identified, points, nominal.spectrum,
+                           float(np.mean(one.freedom)))
+    if forces is None:
         return None
+    known = _explained(forces.mean, one)
+    if known.mean() < LEAST_KNOWN:
+        return None
+    whole, full = _in_bands(whole, known), whole
+    forces, nominal, one, two, record = (
+        forces.in_bands(known), whole.nominal, whole.one, whole.two, whole.record)
     base = fit(nominal, record)
     basis = forces.basis(residual_of(nominal, record, base)[1])
 
@@ -125,30 +141,66 @@ def at_free_levels(whole, effects):
     # where the level of all differs, each may have its own: which is no evidence of an effect
     equal = abs(base.x[0]) < LIMITS.other_level.value
     if equal and enough(base):
-        return whole
+        return full
     # an effect bends the levels that are estimated without it
     tried = [f for f in _tried(whole, base, all_forms(nominal, effects))
              if np.isfinite(f.likelihood)]
     tried.sort(key=gap)
     if equal and any(gap(f) < LIMITS.inside.value and enough(f) for f in tried):
-        return whole
-    found = [(whole, f) for f in tried]
+        return full
+    found = [(whole, f) for f in [base] * bool(enough(base)) + tried]
     found += [r for f in (base, *tried[:LEVELLED]) for r in _levelled(whole, f, forces)]
     # what needs no other levels is as simple as levels without an effect; freed ones may leave
-    # less than chance does, which makes them no better
-    away = [max(gap(f, r.one), 0.0) + LIMITS.inside.value * (
-        bool(f.forms) and not (r is whole and enough(f))) for r, f in found]
+    # less than chance does, which makes them no better, and much less is an overfit
+    left = [gap(f, r.one) for r, f in found]
+    away = [max(g, -LIMITS.inside.value - g, 0.0) + LIMITS.inside.value * (
+        bool(f.forms) and not (r is whole and enough(f))) for g, (r, f) in zip(left, found)]
     # far from all of them levels mean nothing, as where modes are elsewhere
-    near = min(away, default=np.inf) < LIMITS.gross.value
-    best, fitted = found[int(np.argmin(away))] if near else (None, None)
-    apart = best is whole and abs(fitted.x[0]) >= LIMITS.other_level.value
-    return None if apart else best
+    if min(away, default=np.inf) >= LIMITS.gross.value:
+        return None
+    best, fitted = found[int(np.argmin(away))]
+    if best is whole:
+        return full if equal else _at_one_level(full)
+    return replace(best, nominal=replace(best.nominal, law=_law(forces, whole, base, fitted)))
 
 
-def _misfit(mean, one):
-    """Return the distance of a model from the reference over that of the right one."""
+def _at_one_level(whole):
+    """Return a Compared whose levels differ by one factor, of which noise is no part."""
+    one, two = _of_equal_noise(whole.nominal, whole.one, whole.two)
+    return Compared(_with(whole.nominal, one), one, two)
+
+
+def _law(forces, whole, base, fitted):
+    """
+    Return the variance of a score beside levels, over that of chance, eq. (113e).
+
+    Where the modes do not quite explain the reference, neither do they explain what other levels
+    make of it: to the same share, in a direction in which a test may look.
+    """
+    one, width = whole.one, forces.mean.shape[-1]
+    misfit = np.mean(divergence(forces.mean, one.mean, np.inf, one.freedom))
+    share = 2 / width ** 2 * max(misfit - floor_of_band(one.freedom, width)[0], 0.0)
+    moved = divergence(base.prediction.mean, fitted.prediction.mean, np.inf, np.inf)
+    return float(1 + 2 * share * whole.record.weight * np.sum(whole.nominal.trust * moved))
+
+
+def _explained(mean, one):
+    """Return in which bands a model is as far from the reference as the right one is, (b,)."""
     floor = floor_of_band(one.freedom, mean.shape[-1])[0]
-    return float(np.mean(divergence(mean, one.mean, np.inf, one.freedom))) / floor
+    misfit = divergence(mean, one.mean, np.inf, one.freedom) / floor
+    return uniform_filter1d(misfit, SMOOTH, mode='nearest') <= LIMITS.usual_scatter.value
+
+
+def _in_bands(whole, known):
+    """Return a Compared in the bands whose levels are known, with a note of the others."""
+    if known.all():
+        return whole
+    one, two = whole.one.in_bands(known), whole.two.in_bands(known)
+    nominal = replace(_with(whole.nominal, one), cut=one.cut, trust=whole.nominal.trust[known])
+    hz = whole.one.cut.middles_hz[~known]
+    return Compared(nominal, one, two, None, (
+        f'the level differs; {len(hz)} of {len(known)} bands from {hz[0]:.4g} to {hz[-1]:.4g} Hz, '
+        'which the modes of the reference do not explain, were left out',))
 
 
 def _tried(whole, base, forms):
@@ -169,7 +221,7 @@ def _tried(whole, base, forms):
 
 
 def _levelled(whole, fitted, forces):
-    """Yield the Compared by the levels beside a fit, and that fit to it, if both can exist."""
+    """Yield Compared by the levels beside a fit, and that fit to each, if both can exist."""
     nominal, record = whole.nominal, whole.record
 
     def changed(matrices):
@@ -185,12 +237,11 @@ def _levelled(whole, fitted, forces):
         moved = _with(nominal, one)
         try:
             lower = residual_of(moved, record, replace(fitted, x=x))[1]
-        except np.linalg.LinAlgError:       # an effect that takes away more than there is
+        except np.linalg.LinAlgError:       # an effect or less noise that takes away too much
             return
         moved = replace(moved, levels=forces.basis(lower, changed))
         again = fit(moved, record, fitted.forms, x)
         if not again.prediction.possible:
             return
-        found = Compared(moved, one, whole.two, turn)
+        yield Compared(moved, one, whole.two, turn, whole.notes), again
         turn, x = again.turn @ turn, again.x
-    yield found, again

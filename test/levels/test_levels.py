@@ -34,7 +34,8 @@ def pair():
     first, second = spectra_of(one.values, cut), spectra_of(two.values, cut)
     half = cut.width_hz / 2
     points = cut.middles_hz[:, None] + np.linspace(-half, half, 9)
-    forces = force_spectra(identified(one.values, one.channels, one.rate_hz), points, first.mean)
+    forces = force_spectra(identified(one.values, one.channels, one.rate_hz), points, first.mean,
+                           float(np.mean(first.freedom)))
     return forces, first, second
 
 
@@ -101,9 +102,9 @@ def test_too_large_a_structure_has_one_level():
     """No modes, or more entries than memory is worth: nothing is made."""
     spectrum = np.tile(np.eye(3, dtype=complex), (10, 1, 1))
     points = np.linspace(1.0, 9.0, 10)[:, None] + np.linspace(-0.4, 0.4, 9)
-    assert force_spectra((), points, spectrum) is None
+    assert force_spectra((), points, spectrum, 10.0) is None
     record = flown(7)
     modes = identified(record.values[:, :3], record.channels[:3], record.rate_hz)
     many = [replace(m, frequency_hz=m.frequency_hz * (1 + 1e-3 * k)) for m in modes
             for k in range(60)]
-    assert force_spectra(many, points, np.tile(spectrum, (100, 1, 1))) is None
+    assert force_spectra(many, points, np.tile(spectrum, (100, 1, 1)), 10.0) is None

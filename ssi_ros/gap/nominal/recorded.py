@@ -186,8 +186,9 @@ class RecordedComparison(Comparison):
 
     def _fit(self, candidate, found):
         likelihood = found.far if self.gap.deviations > LIMITS.gross.value else found.likelihood
-        return Fit(candidate, found.x[2:], found.covariance[2:, 2:], likelihood, found.x[:2],
-                   found)
+        law = self.recordings.nominal.law
+        return Fit(candidate, found.x[2:], law * found.covariance[2:, 2:], likelihood / law,
+                   found.x[:2], found)
 
     def goodness_of_fit(self, fit, fold=None):
         """Measure the gap of all groups, or of those outside a fold that the fit used."""

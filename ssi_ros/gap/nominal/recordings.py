@@ -171,7 +171,7 @@ def prepare(reference, record, effects):
             steady_share(repeats[:1 if clear_level else 2], dither, cut,
                          (one.freedom, two.freedom)))
     there = compared(nominal_of, one, two, effects)
-    full_mean = full_mean if there.turn is None else there.one.mean / np.exp(level)
+    full_mean = there.in_all_bands(full_mean, full_cut, level)
     raw = tuple(s.values[:, [s.channels.index(c) for c in pair.channels]]
                 for s in (reference, record))
     return Recordings(effects, pair.notes + there.notes, raw, clean, pair, repeats,

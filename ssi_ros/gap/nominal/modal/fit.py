@@ -4,12 +4,12 @@ from functools import cached_property
 
 import numpy as np
 
-from ssi_ros.fisher_scoring import covariance, maximise
+from ssi_ros.fisher_scoring import covariance, held_inside, maximise
 from ssi_ros.gap.inference.goodness_of_fit import divergence
 from ssi_ros.gap.inference.thresholds import LIMITS
 from ssi_ros.gap.spectra.band_averages import level_of
 from ssi_ros.hermitian import (
-    filtered, hermitian, inverse_root, is_definite, white, white_vectors)
+    filtered, hermitian, inverse_root, is_definite, least_share, white, white_vectors)
 from ssi_ros.levels.forces import bounded, turning
 
 STEPS = 12
@@ -17,6 +17,7 @@ NODES = 6               # of the integral of a score
 LEVEL_STEPS = 0.01, 0.05        # of level and noise, for a difference quotient
 PROBE = 1e-2            # share of a way for a difference quotient
 LITTLE = 0.05           # of the noise floor, more of it; at none the distance has a kink
+NEARLY_ALL = 0.9        # of the noise: with none there is no spectrum
 MOST_TURN = 4.0         # power by which levels may differ from those that a fit began at
 
 
@@ -182,7 +183,7 @@ class _Place:
         steps = [*LEVEL_STEPS] + [n.start / 10 for f in self.forms for n in f.numbers]
         rows = np.array([self.slope(e, s) for e, s in zip(np.eye(len(self.x)), steps)])
         score = [self._rise(e) for e in np.diag(steps)] if self.far else rows @ self.residual
-        return np.array(score), rows @ rows.T
+        return held_inside(self.x, self.bounds, np.array(score), rows @ rows.T)
 
     def _rise(self, step):
         """Return the slope of the value along a coordinate, by places on both sides of a step."""
@@ -204,6 +205,9 @@ def fit(nominal, record, forms=(), start=None, steps=STEPS, origin=None, far=Fal
     low = np.array([level - most[0], -LIMITS.noise_loss.value * np.exp(level)]
                    + [n.low for n in numbers])
     high = np.array([level + most[0], most[1]] + [n.high for n in numbers])
+    caps = high - low
+    low[1] = max(low[1], -NEARLY_ALL * np.exp(level) * least_share(
+        nominal.spectrum, nominal.floor))
     start = [level, 0.0] + [n.start for n in numbers] if start is None else start
     start = np.clip(np.array(start, float), low, high)
     # of other groups a start may take away more noise than there is: then without numbers
@@ -215,11 +219,11 @@ def fit(nominal, record, forms=(), start=None, steps=STEPS, origin=None, far=Fal
             continue
     else:
         return Fitted(forms, x, np.eye(len(x)), -np.inf, -np.inf, predict(nominal, forms, x))
-    here, information = maximise(here, high - low, steps)
+    here, information = maximise(here, caps, steps)
     gain = far = 0.0
     if origin is not None:
         gain, far = _likelihood(nominal, here, np.append(origin, np.zeros(len(numbers))))
-    return Fitted(forms, here.x, covariance(information, high - low), gain, far, here.levelled,
+    return Fitted(forms, here.x, covariance(information, caps), gain, far, here.levelled,
                   here.turn)
 
 

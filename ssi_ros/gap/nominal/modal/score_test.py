@@ -53,7 +53,7 @@ def score_forms(nominal, base, one, two, forms, repeats=False):
     weights, split = np.concatenate([one.weights, two.weights]), len(one)
     before = _mean(scores[:, :split], weights[:split])
     difference = _mean(scores[:, split:], weights[split:]) - before
-    theory = np.sqrt(1 / n_one + 1 / n_two)
+    theory, law = np.sqrt(1 / n_one + 1 / n_two), np.sqrt(nominal.law)
     spread = _spread(scores, weights, split, (n_one, theory))
     # the scatter of a template of few bands is known from few groups only: Student's tail
     power = np.square(templates).reshape(len(templates), one.cut.bands, -1).sum(axis=2)
@@ -62,11 +62,12 @@ def score_forms(nominal, base, one, two, forms, repeats=False):
     def standard(difference):
         raw = np.abs(difference / spread)
         return np.where(usable, np.minimum(norm.isf(student.sf(raw, freedom)), raw), 0.0)
-    # groups of both sides in turn differ less than the sides where neighbours are alike
+    # mixed halves differ less than the sides where neighbours are alike, or levels a little off
     alike = np.sqrt(_alike(scores[:, :split])) if repeats else 1.0
-    z = np.sign(difference) * standard(difference / alike)
+    z = np.sign(difference) * standard(difference / alike / np.sqrt(
+        1 + (nominal.law - 1) * np.square(theory / spread)))
     largest = _largest_by_chance(scores, weights, split, standard)
-    gains = np.array([_gain(templates[owner == k], difference[owner == k] / theory)
+    gains = np.array([_gain(templates[owner == k], difference[owner == k] / theory / law)
                       for k in range(len(forms))])[owner]
     tracks = (scores[:, split:] - before[:, None]) * np.sqrt(
         weights[split:] * two.cut.freedom(1.0))
