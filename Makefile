@@ -25,6 +25,8 @@ demo: $(VENV)/.ready  ## simulate, identify live, record to MCAP, replay, compar
 
 # Workers side by side: threads of linear algebra of each would only wait for those of the other.
 test test-slow test-oldest: export OMP_NUM_THREADS = 1
+# Nodes start some two hundred times: what is compiled once is kept, whatever the shell says of it.
+test test-slow test-oldest: export PYTHONDONTWRITEBYTECODE =
 
 test: $(VENV)/.ready  ## all tests: what runs by the clock first, then the rest on up to four cores
 	@$(BIN)/python -m pytest test -m 'by_the_clock and not slow' --numprocesses=3 --dist=loadfile \

@@ -9,8 +9,8 @@ import time
 os.environ.setdefault('OMP_NUM_THREADS', '1')
 os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
 
-from ssi_ros.identify import (  # noqa: E402
-    Identification, identify, Monitor, SlidingSsiCov, ssi_cov)
+from ssi_ros.identify import Identification, identify, Monitor, SlidingSsiCov  # noqa: E402
+from ssi_ros.identify.ssi_cov import ssi_cov  # noqa: E402
 from ssi_ros.model import assemble, load_spacecraft, simulate  # noqa: E402
 
 

@@ -13,7 +13,7 @@ import argparse
 
 import numpy as np
 from scipy.integrate import trapezoid
-from ssi_ros.identify import ssi_cov
+from ssi_ros.identify.ssi_cov import ssi_cov
 from threadpoolctl import threadpool_limits
 from validation.bench_data import modal_record, RATE_HZ, ten_modes, twin_arrays
 from validation.bench_measure import errors, summary

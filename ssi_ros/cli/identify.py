@@ -104,7 +104,7 @@ def run(args):
     if not (grid.jumps or grid.turns):
         say_offsets(recording, names, windows, grid.rate_hz)
     if args.explain is not None:
-        from ssi_ros.identify import explain
+        from ssi_ros.identify.explain import explain
         print(explain(windows[-1], args.explain), file=out)
     if args.efdd:
         print(_compared(windows[-1], recording, len(names), grid.rate_hz), file=out)

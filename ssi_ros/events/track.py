@@ -7,6 +7,7 @@ import numpy as np
 LOUD = 8.0              # times what is usual, above which an impulse counts hardly more
 HARDLY = 0.03           # of it, e-fold: of a strong chirp the middle still stands out
 EDGE = 2                # bins beside zero and half of the rate, which hold the offset
+LEAST = np.finfo(np.float32).min
 HALF_LAPPED = 1 / 36    # correlation of powers of Hann segments that half overlap
 
 
@@ -69,11 +70,13 @@ def best_lines(power, shifts, first, last):
     `shifts` (s, k) are the bins by which each line has moved in every segment. A line that does
     not fit between the bins `first` and `last` has the least of all numbers, and starts from -1.
     """
-    tops = np.full(len(shifts), np.finfo(np.float32).min, np.float32)
-    starts = np.full(len(shifts), -1, np.int64)
+    # in loops: numba takes seconds to compile a method of an array
+    tops, starts = np.empty(len(shifts), np.float32), np.empty(len(shifts), np.int64)
     for s in range(len(shifts)):
-        low, high = first - shifts[s].min(), last - shifts[s].max()
-        low, high = max(low, first), min(high, last)
+        tops[s], starts[s] = LEAST, -1
+        low, high = first, last
+        for i in range(shifts.shape[1]):
+            low, high = max(low, first - shifts[s, i]), min(high, last - shifts[s, i])
         if high <= low:
             continue
         total = np.zeros(high - low, np.float32)
@@ -81,6 +84,9 @@ def best_lines(power, shifts, first, last):
             row = power[i, low + shifts[s, i]:high + shifts[s, i]]
             for k in range(high - low):
                 total[k] += row[k]
-        best = np.argmax(total)
+        best = 0
+        for k in range(1, high - low):
+            if total[k] > total[best]:
+                best = k
         tops[s], starts[s] = total[best], low + best
     return tops, starts

@@ -1,13 +1,19 @@
-"""SSI-COV on sliding windows: from accelerations to tracked modes."""
-from ssi_ros.identify.era import era
-from ssi_ros.identify.explain import explain
-from ssi_ros.identify.methods import Method
-from ssi_ros.identify.monitor import identify, Monitor
-from ssi_ros.identify.okid import pulse_responses
-from ssi_ros.identify.settings import Identification
-from ssi_ros.identify.sliding import SlidingSsiCov
-from ssi_ros.identify.ssi_cov import ssi_cov
-from ssi_ros.identify.ssi_data import ssi_data
+"""
+SSI-COV on sliding windows: from accelerations to tracked modes.
 
-__all__ = ['Identification', 'Method', 'Monitor', 'SlidingSsiCov', 'era', 'explain', 'identify',
-           'pulse_responses', 'ssi_cov', 'ssi_data']
+Names are imported when they are first used, so that a node that only counts stamps starts soon.
+Functions that are named as their file, `era`, `explain`, `ssi_cov` and `ssi_data`, are there.
+"""
+from importlib import import_module
+
+_HOME = {'Identification': 'settings', 'Method': 'methods', 'Monitor': 'monitor',
+         'SlidingSsiCov': 'sliding', 'identify': 'monitor', 'pulse_responses': 'okid'}
+__all__ = sorted(_HOME)
+
+
+def __getattr__(name):
+    if name not in _HOME:
+        raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
+    value = getattr(import_module(f'{__name__}.{_HOME[name]}'), name)
+    globals()[name] = value
+    return value

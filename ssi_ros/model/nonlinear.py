@@ -222,35 +222,33 @@ def _march(z, poles, drive, kick, angle, speed, give, kinds, sizes, stiffness, s
     tau = np.zeros(hinges)
     old, free, quick = np.zeros(hinges), np.zeros(hinges), np.zeros(hinges)
     given, gives = np.zeros(hinges), np.zeros(hinges)
-    moment, ahead = np.zeros(3), z.copy()
-    z = z.copy()
+    moment, omega, none = np.zeros(3), np.zeros(3), np.zeros(3)
+    z, ahead, turning = z.copy(), z.copy(), turning.copy()
     for i in range(hinges):
         old[i] = real_dot(angle[i], z)
         given[i] = real_dot(give[i], z)
     for k in range(count):
-        states[k] = z
+        for s in range(n):
+            states[k, s] = z[s]
         # The hinge has not moved yet when a load jumps at a sample: its torque is still the old.
-        extra[k] = tau
-        omega = inverse @ (turning - _real_product(momentum, z))
-        rates[k] = omega
+        for i in range(hinges):
+            extra[k, i] = tau[i]
+        _hub_rate(inverse, turning, none, momentum, z, omega)
+        for i in range(3):
+            rates[k, i] = omega[i]
         for part in range(substeps):
             for s in range(n):
                 ahead[s] = poles[s] * z[s] + drive[k, s]
             if gyroscopic:
                 if part:
-                    omega = inverse @ (turning - _real_product(momentum, z))
-                # midpoint: twice through, from the rate at the beginning of the step
-                middle = omega
-                for _ in range(2):
-                    moment = -np.cross(middle, inertia @ middle)
-                    push = step_s * (moment + torques[k])
-                    after = ahead + moment.astype(np.complex128) @ kick_hub
-                    end = inverse @ (turning + push - _real_product(momentum, after))
-                    middle = (omega + end) / 2
-                ahead = ahead + moment.astype(np.complex128) @ kick_hub
-                if part == 0:
-                    gyro[k] = moment
-                turning = turning + step_s * moment
+                    _hub_rate(inverse, turning, none, momentum, z, omega)
+                _midpoint(ahead, omega, turning, torques[k], momentum, inertia, inverse, kick_hub,
+                          step_s, moment)
+                _pushed(ahead, moment, kick_hub, ahead)
+                for i in range(3):
+                    turning[i] += step_s * moment[i]
+                    if part == 0:
+                        gyro[k, i] = moment[i]
             for i in range(3):
                 turning[i] += step_s * torques[k, i]
             for i in range(hinges):
@@ -305,9 +303,42 @@ def real_dot(row, z):
     return total
 
 
+# Loops of three: numba takes ten seconds to compile what they are as products and np.cross.
 @njit(cache=True, fastmath=True)
-def _real_product(rows, z):
-    out = np.empty(len(rows))
-    for i in range(len(rows)):
-        out[i] = real_dot(rows[i], z)
-    return out
+def _hub_rate(inverse, turning, push, momentum, z, out):
+    """Write I^-1 (turning + push - momentum of the modes), (3,)."""
+    for i in range(3):
+        out[i] = 0.0
+    for j in range(3):
+        own = turning[j] + push[j] - real_dot(momentum[j], z)
+        for i in range(3):
+            out[i] += inverse[i, j] * own
+
+
+@njit(cache=True, fastmath=True)
+def _pushed(ahead, moment, kick_hub, out):
+    """Write states (n,) as moved by a moment (3,) on the hub."""
+    for s in range(len(ahead)):
+        out[s] = ahead[s] + (moment[0] * kick_hub[0, s] + moment[1] * kick_hub[1, s]
+                             + moment[2] * kick_hub[2, s])
+
+
+@njit(cache=True, fastmath=True)
+def _midpoint(ahead, omega, turning, torque, momentum, inertia, inverse, kick_hub, step_s, moment):
+    """Write -omega x I omega at the middle of a step: twice through, from its begin."""
+    middle, push, end = np.empty(3), np.empty(3), np.empty(3)
+    spin, after = np.empty(3), np.empty(len(ahead), np.complex128)
+    for i in range(3):
+        middle[i] = omega[i]
+    for _ in range(2):
+        for i in range(3):
+            spin[i] = (inertia[i, 0] * middle[0] + inertia[i, 1] * middle[1]
+                       + inertia[i, 2] * middle[2])
+        for i in range(3):
+            j, k = (i + 1) % 3, (i + 2) % 3
+            moment[i] = middle[k] * spin[j] - middle[j] * spin[k]
+            push[i] = step_s * (moment[i] + torque[i])
+        _pushed(ahead, moment, kick_hub, after)
+        _hub_rate(inverse, turning, push, momentum, after, end)
+        for i in range(3):
+            middle[i] = (omega[i] + end[i]) / 2

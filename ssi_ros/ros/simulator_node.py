@@ -19,7 +19,6 @@ from ssi_ros.bag.names import check_topic
 from ssi_ros.effects import load_configuration, parse_effect
 from ssi_ros.effects.stream import stream_setup
 from ssi_ros.quantity import quantity
-from ssi_ros.ros.drawn_inputs import DrawnInputs
 from ssi_ros.ros.messages import status, time_of
 from ssi_ros.ros.node import Audience, run, StageNode
 from std_msgs.msg import Float64MultiArray, MultiArrayDimension, MultiArrayLayout
@@ -98,6 +97,8 @@ class SimulatorNode(StageNode):
                        if settings.batch else None)
         self._drawn = None
         if settings.record_input:
+            # half a second, which a node without them saves at its start
+            from ssi_ros.ros.drawn_inputs import DrawnInputs
             self._drawn = DrawnInputs(spacecraft, self._effects, settings)
             self._drawn.publishers = [self._advertise(WrenchStamped, topic, qos)
                                       for topic, _ in self._drawn.channels]

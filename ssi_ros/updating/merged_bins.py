@@ -191,10 +191,13 @@ def _runs(vectors, bins, weight, information):
 @njit(cache=True, error_model='numpy')
 def _begins(values, scales, limit):
     """Return which bins of (n, k, m), by scales (n,), a run begins at: squares stay below."""
+    # in loops: numba takes five seconds to compile what copies a slice
     number, bins, width = values.shape
-    begins = np.zeros(bins, np.bool_)
-    mean, count, squares = values[:, 0].copy(), 1, 0.0
-    begins[0] = True
+    begins, mean = np.empty(bins, np.bool_), np.empty((number, width), values.dtype)
+    for n in range(number):
+        for i in range(width):
+            mean[n, i] = values[n, 0, i]
+    begins[0], count, squares = True, 1, 0.0
     for k in range(1, bins):
         apart = 0.0
         for n in range(number):
@@ -206,8 +209,10 @@ def _begins(values, scales, limit):
         count += 1
         begins[k] = squares > limit * count
         if begins[k]:
-            mean[:] = values[:, k]
             count, squares = 1, 0.0
+            for n in range(number):
+                for i in range(width):
+                    mean[n, i] = values[n, k, i]
         else:
             for n in range(number):
                 for i in range(width):

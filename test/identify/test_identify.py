@@ -3,7 +3,8 @@ import numpy as np
 import pytest
 
 from simple_structure import accelerations, PAIR_HZ, PAIR_SHAPES
-from ssi_ros.identify import explain, Identification, identify, Monitor
+from ssi_ros.identify import Identification, identify, Monitor
+from ssi_ros.identify.explain import explain
 from ssi_ros.identify.shapes import mac
 from ssi_ros.records import Samples
 

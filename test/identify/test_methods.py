@@ -3,8 +3,11 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 from simple_structure import accelerations, PAIR_HZ, PAIR_SHAPES
-from ssi_ros.identify import era, pulse_responses, ssi_cov, ssi_data
+from ssi_ros.identify import pulse_responses
+from ssi_ros.identify.era import era
 from ssi_ros.identify.shapes import mac
+from ssi_ros.identify.ssi_cov import ssi_cov
+from ssi_ros.identify.ssi_data import ssi_data
 
 HZ, DAMPING = np.array([2.3, 5.1, 15.828, 15.844]), 0.005
 

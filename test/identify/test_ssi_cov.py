@@ -2,9 +2,10 @@
 import numpy as np
 import pytest
 from simple_structure import accelerations, PAIR_HZ, PAIR_SHAPES
-from ssi_ros.identify import SlidingSsiCov, ssi_cov
+from ssi_ros.identify import SlidingSsiCov
 from ssi_ros.identify.lags import output_covariances, Ring
 from ssi_ros.identify.shapes import mac
+from ssi_ros.identify.ssi_cov import ssi_cov
 
 
 @pytest.fixture(scope='module')

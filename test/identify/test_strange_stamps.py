@@ -10,7 +10,7 @@ from ssi_ros.identify.stamped import identify_stamped
 from ssi_ros.identify.stamps import batches
 from ssi_ros.report.samples import samples_of
 
-START, N = 1_700_000_000_000_000_000, 20_000
+START, N = 1_700_000_000_000_000_000, 8_000
 EVEN = START + np.arange(N, dtype=np.int64) * 10_000_000
 LAST = 2 ** 63 - 1
 DAY_NS = 86_400_000_000_000

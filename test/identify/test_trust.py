@@ -5,7 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from ssi_ros.identify import explain, Identification, identify
+from ssi_ros.identify import Identification, identify
+from ssi_ros.identify.explain import explain
 from ssi_ros.identify.harmonics import label, look
 from ssi_ros.identify.modes import Candidate, unbelievable
 from ssi_ros.model import simulate
