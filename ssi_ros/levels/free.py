@@ -22,7 +22,7 @@ REPEATS = 2             # of the estimate of levels
 LEVELLED = 3            # of them, beside which levels are estimated
 ALIKE = 2.0             # times the median of all channels: so much more noise one may have
 SMOOTH = 9              # bands, over which a misfit is averaged
-LEAST_KNOWN = 0.5       # share of bands that the modes must explain
+LEAST_KNOWN = 0.5       # share of bands, and of the power of each channel, to be explained
 PADDING = 0.01          # of the power of a channel: what is below is noise, at another level
 
 
@@ -122,7 +122,8 @@ def at_free_levels(whole, effects):
     if forces is None:
         return None
     known = _explained(forces.mean, one)
-    if known.mean() < LEAST_KNOWN:
+    power = np.einsum('bii->bi', one.mean).real
+    if min(known.mean(), *(power[known].sum(axis=0) / power.sum(axis=0))) < LEAST_KNOWN:
         return None
     whole, full = _in_bands(whole, known), whole
     forces, nominal, one, two, record = (
