@@ -23,6 +23,7 @@ LEVELLED = 3            # of them, beside which levels are estimated
 ALIKE = 2.0             # times the median of all channels: so much more noise one may have
 SMOOTH = 9              # bands, over which a misfit is averaged
 LEAST_KNOWN = 0.5       # share of bands, and of the power of each channel, to be explained
+FAR = 10.0              # standard deviations of a gap, beyond which levels mean nothing
 PADDING = 0.01          # of the power of a channel: what is below is noise, at another level
 
 
@@ -157,7 +158,7 @@ def at_free_levels(whole, effects):
     away = [max(g, -LIMITS.inside.value - g, 0.0) + LIMITS.inside.value * (
         bool(f.forms) and not (r is whole and enough(f))) for g, (r, f) in zip(left, found)]
     # far from all of them levels mean nothing, as where modes are elsewhere
-    if min(away, default=np.inf) >= LIMITS.gross.value:
+    if min(away, default=np.inf) >= FAR:
         return None
     best, fitted = found[int(np.argmin(away))]
     if best is whole:
