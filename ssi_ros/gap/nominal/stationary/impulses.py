@@ -13,6 +13,7 @@ from scipy.ndimage import maximum_filter1d, uniform_filter1d
 from ssi_ros.effects import ModalPattern
 from ssi_ros.effects.registry import detects
 from ssi_ros.events.detector import event_in
+from ssi_ros.events.level_around import over_higher, over_mean
 from ssi_ros.gap.comparison import Detection
 from ssi_ros.gap.nominal.forms.candidate import Form, Number
 from ssi_ros.gap.nominal.stationary.level import WINDOWS
@@ -44,10 +45,10 @@ def impulses(effect, recordings):
                      basis=partial(impulse_forms, rate_per_min=float(rate)))
 
 
-def pulses(residual_one, residual_two):
-    """Compare pulses in white prediction errors (n, l), (161): p-value, count, words, or None."""
-    both = _steady(residual_one), _steady(residual_two)
-    tests = [(2 * p, count, text) for p, count, text in (_large(*both), _shaped(*both))]
+def pulses(*sides):
+    """Compare pulses in two white errors (n, l), (161): p-value, count and words, or None."""
+    tests = [(2 * p, count, text) for p, count, text in (
+        _large(*map(over_higher, sides)), _shaped(*map(_steady, sides)))]
     found = [f for f in tests
              if f[0] < LIMITS.detected.value and f[1] >= LIMITS.fewest_pulses.value]
     if not found:
@@ -103,8 +104,7 @@ def _shaped(residual_one, residual_two):
 
 def _steady(residual):
     """Return residuals over their level around: crests of a modulated level are no pulses."""
-    around = max(LEVEL * SHAPE, len(residual) // WINDOWS)
-    return residual / np.sqrt(uniform_filter1d((residual ** 2).mean(axis=1), around))[:, None]
+    return over_mean(residual, max(LEVEL * SHAPE, len(residual) // WINDOWS))
 
 
 def learn(residual):
