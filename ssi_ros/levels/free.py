@@ -22,8 +22,9 @@ REPEATS = 2             # of the estimate of levels
 LEVELLED = 3            # of them, beside which levels are estimated
 ALIKE = 2.0             # times the median of all channels: so much more noise one may have
 SMOOTH = 9              # bands, over which a misfit is averaged
-LEAST_KNOWN = 0.5       # share of bands, and of the power of each channel, to be explained
-FAR = 10.0              # standard deviations of a gap, beyond which levels mean nothing
+LEAST_KNOWN = 0.5       # share of bands, and of the power of channels, to be explained
+EFFECT = 1.0            # standard deviations of a gap, by which an effect must leave less
+FAR = 10.0              # standard deviations of a gap, or below its floor: levels mean nothing
 PADDING = 0.01          # of the power of a channel: what is below is noise, at another level
 
 
@@ -124,7 +125,7 @@ def at_free_levels(whole, effects):
         return None
     known = _explained(forces.mean, one)
     power = np.einsum('bii->bi', one.mean).real
-    if min(known.mean(), *(power[known].sum(axis=0) / power.sum(axis=0))) < LEAST_KNOWN:
+    if min(known.mean(), np.mean(power[known].sum(axis=0) / power.sum(axis=0))) < LEAST_KNOWN:
         return None
     whole, full = _in_bands(whole, known), whole
     forces, nominal, one, two, record = (
@@ -153,9 +154,9 @@ def at_free_levels(whole, effects):
     found = [(whole, f) for f in [base] * bool(enough(base)) + tried]
     found += [r for f in (base, *tried[:LEVELLED]) for r in _levelled(whole, f, forces)]
     # what needs no other levels is as simple as levels without an effect; freed ones may leave
-    # less than chance does, which makes them no better, and much less is an overfit
+    # less than chance does, which makes them no better, and far less is an overfit
     left = [gap(f, r.one) for r, f in found]
-    away = [max(g, -LIMITS.inside.value - g, 0.0) + LIMITS.inside.value * (
+    away = [max(g, -FAR - g, 0.0) + EFFECT * (
         bool(f.forms) and not (r is whole and enough(f))) for g, (r, f) in zip(left, found)]
     # far from all of them levels mean nothing, as where modes are elsewhere
     if min(away, default=np.inf) >= FAR:
