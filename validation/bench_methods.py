@@ -13,9 +13,9 @@ import warnings
 import numpy as np
 
 from ssi_ros.identify.lags import Ring
-from ssi_ros.identify.ssi_cov import ssi_cov
 from ssi_ros.identify.realise import factorise, poles_of
 from ssi_ros.identify.spread import block_spectra, spreads_of
+from ssi_ros.identify.ssi_cov import ssi_cov
 
 BLOCKS = 20             # data blocks of a spread, for all packages
 
