@@ -1,12 +1,8 @@
 """
-Spectra of the forces on identified modes: what other levels of the inputs can change.
+Spectra of the forces on the modes of a recording: what other levels of the inputs can change.
 
-    S(f) = sum_ij F_ij v_i(f) v_j(f)^H,   v_i = phi_i f^2 / (f_i^2 - f^2 + 2j xi_i f_i f)
-
-F is real and symmetric for white forces (Brincker and Ventura, Introduction to Operational Modal
-Analysis, 2015, ch. 7). Beside the modes every channel has a constant and a term in f^2, for forces
-that reach it at once and for modes above the band. Whatever happens to the levels of any inputs,
-only F changes: frequencies, damping and shapes stay.
+Whatever happens to the levels of any inputs, only F of eq. (150b) changes: frequencies, damping,
+shapes and colour of `ModalModel` stay.
 """
 from dataclasses import dataclass, replace
 
@@ -24,7 +20,7 @@ LEAST_SHARE = 1e-6      # eigenvalue of correlated directions that counts as one
 
 @dataclass(frozen=True, eq=False)
 class ForceSpectra:
-    """A recording as modes under white forces."""
+    """A recording as modes under forces of one colour."""
 
     matrices: np.ndarray    # (p, b, l, l), complex64, change of S with an entry that levels change
     scales: np.ndarray      # (p,), sizes of the entries, sqrt(F_ii F_jj)
