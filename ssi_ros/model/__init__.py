@@ -3,7 +3,7 @@ The spacecraft model: numbers -> system -> samples.
 
 Names are imported when they are first used, so that `import ssi_ros.model` costs nothing.
 """
-from importlib import import_module
+from ssi_ros.lazy import first_used
 
 _HOME = {
     'Spacecraft': 'spacecraft', 'load_spacecraft': 'spacecraft', 'save_spacecraft': 'spacecraft',
@@ -15,11 +15,4 @@ _HOME = {
     'load_model': 'model_file', 'save_model': 'model_file',
 }
 __all__ = sorted(_HOME)
-
-
-def __getattr__(name):
-    if name not in _HOME:
-        raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
-    value = getattr(import_module(f'{__name__}.{_HOME[name]}'), name)
-    globals()[name] = value
-    return value
+__getattr__ = first_used(__name__, _HOME)
