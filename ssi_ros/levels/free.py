@@ -119,8 +119,7 @@ def at_free_levels(whole, effects):
     cut = one.cut
     half = (cut.band_bins + 1) * cut.resolution_hz / 2
     points = cut.middles_hz[:, None] + np.linspace(-half, half, POINTS)
-    forces = force_spectra(nominal.identified, points, nominal.spectrum,
-                           float(np.mean(one.freedom)))
+    forces = force_spectra(nominal.identified, points, nominal.spectrum, one.freedom)
     if forces is None:
         return None
     known = _explained(forces.mean, one)
@@ -175,23 +174,27 @@ def _at_one_level(whole):
 
 def _law(forces, whole, base, fitted):
     """
-    Return the variance of a score beside levels, over that of chance, eq. (113e).
+    Return the variance of a score beside levels, over that of chance, eq. (150c).
 
     Where the modes do not quite explain the reference, neither do they explain what other levels
     make of it: to the same share, in a direction in which a test may look.
     """
-    one, width = whole.one, forces.mean.shape[-1]
-    misfit = np.mean(divergence(forces.mean, one.mean, np.inf, one.freedom))
-    share = 2 / width ** 2 * max(misfit - floor_of_band(one.freedom, width)[0], 0.0)
+    misfit, floor = _misfit(forces.mean, whole.one)
+    share = 2 / forces.mean.shape[-1] ** 2 * max(np.mean(misfit) - floor, 0.0)
     moved = divergence(base.prediction.mean, fitted.prediction.mean, np.inf, np.inf)
     return float(1 + 2 * share * whole.record.weight * np.sum(whole.nominal.trust * moved))
 
 
 def _explained(mean, one):
     """Return in which bands a model is as far from the reference as the right one is, (b,)."""
-    floor = floor_of_band(one.freedom, mean.shape[-1])[0]
-    misfit = divergence(mean, one.mean, np.inf, one.freedom) / floor
-    return uniform_filter1d(misfit, SMOOTH, mode='nearest') <= LIMITS.usual_scatter.value
+    misfit, floor = _misfit(mean, one)
+    return uniform_filter1d(misfit / floor, SMOOTH, mode='nearest') <= LIMITS.usual_scatter.value
+
+
+def _misfit(mean, one):
+    """Return D of a model to the reference in every band, (b,), and its mean by chance."""
+    return (divergence(mean, one.mean, np.inf, one.freedom),
+            floor_of_band(one.freedom, mean.shape[-1])[0])
 
 
 def _in_bands(whole, known):

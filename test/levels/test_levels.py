@@ -35,7 +35,7 @@ def pair():
     half = cut.width_hz / 2
     points = cut.middles_hz[:, None] + np.linspace(-half, half, 9)
     forces = force_spectra(identified(one.values, one.channels, one.rate_hz), points, first.mean,
-                           float(np.mean(first.freedom)))
+                           first.freedom)
     return forces, first, second
 
 

@@ -50,7 +50,7 @@ class Nominal:
     channels: tuple         # names
     identified: tuple       # all modes that were found in it, of which `modes` are some
     levels: np.ndarray = None       # (k, b l l), whitened, what levels change; None if one does
-    law: float = 1.0        # variance of scores, over that of chance, by errors of levels, (113e)
+    law: float = 1.0        # variance of scores, over that of chance, by errors of levels, (150c)
 
     def with_spectrum(self, spectrum):
         """Return the same nominal around another estimate of its spectrum."""
