@@ -41,7 +41,7 @@ MAY_IMPORT = {            # layer: the layers that it may import, besides itself
     'updating': {'records', 'model', 'effects', 'gap', 'integrity'},
     'levels': {'gap'},
     'events': {'effects', 'gap'},
-    'regimes': {'effects', 'events', 'gap'},
+    'regimes': {'effects', 'events', 'gap', 'open_set'},
     'planning': {'model', 'effects', 'gap', 'updating', 'inputs', 'template_cache'},
     'monitor': {'records'},
     'report': {'records', 'model', 'effects', 'identify', 'gap', 'bag', '__version__'},

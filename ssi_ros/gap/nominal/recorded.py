@@ -21,6 +21,7 @@ from ssi_ros.gap.nominal.recordings import prepare
 from ssi_ros.gap.nominal.thresholds import LIMITS
 from ssi_ros.integrity.fault import as_reason
 from ssi_ros.records import Samples
+from ssi_ros.regimes.curve import is_linear
 from ssi_ros.tails import norm
 
 FIRST_STEPS = 4         # of a fit, before the best are chosen
@@ -89,16 +90,21 @@ class RecordedComparison(Comparison):
         if fit is not self.null:
             rest = [d for d in (*found, *filter(None, self.joint[:1]))
                     if d.effect not in fit.candidate.names]
-            gap = self._held_out(fit)
+            gap, odd = self._held_out(fit), recordings.curve * is_linear(fit.candidate.names)
             # an event is where it is: nothing else that is steady makes it
             p_value = float(min([norm.sf(gap.deviations), self._unmoved(fit),
                                  *[d.p_value for d in rest if len(d.times)]]))
-            return Residual(None, tuple(rest), (), gap, p_value, p_value)
+            joined = min([p_value, *[d.p_value for d in odd]])
+            return Residual(None, tuple(rest), odd, gap, joined, p_value)
         test = recordings.score_test
         p_values = [test.p_value, norm.sf(self.gap.deviations), shift.p_value]
         p_values += [d.p_value for d in recordings.detections[0] if not d.weak]
-        p_value = float(min(1.0, (SHARED_TESTS + tests) * min(p_values)))
-        return Residual(test, found, (), self.gap, p_value, p_value)
+        # at another level a structure may follow another curve, and is what it was
+        odd = () if recordings.clear_level else tuple(
+            d for d in recordings.curve if d.p_value < LIMITS.certain_shift.value)
+        joined, p_value = (float(min(1.0, (SHARED_TESTS + tests) * min(p))) for p in (
+            [*p_values, *[d.p_value for d in odd]], p_values))
+        return Residual(test, found, odd, self.gap, joined, p_value)
 
     def _unmoved(self, fit):
         """Return the chance of modes elsewhere that a fit leaves, 1 if it moves any."""

@@ -21,11 +21,12 @@ from ssi_ros.gap.nominal.periodic.period import period_of
 from ssi_ros.gap.nominal.periodic.random_walk import independent_share
 from ssi_ros.gap.nominal.periodic.repeats import ENOUGH_PERIODS, same_signal
 from ssi_ros.gap.nominal.stationary import chirp, impulses, level, samples, tone
-from ssi_ros.gap.nominal.stationary.prediction_error import predictor
+from ssi_ros.events.prediction_error import predictor
 from ssi_ros.gap.nominal.thresholds import LIMITS
 from ssi_ros.gap.spectra.band_averages import Cut, level_of, plan, Spectra
 from ssi_ros.levels.free import compared
 from ssi_ros.regimes.assess import regime_of
+from ssi_ros.regimes.curve import curve_of
 from ssi_ros.regimes.varying_level import steady_share
 
 SOURCES = 'recordings', 'periods'
@@ -94,6 +95,11 @@ class Recordings:
     def regime(self):
         """Kind of motion that both hold, and which effects may be named of it."""
         return regime_of(self)
+
+    @cached_property
+    def curve(self):
+        """What no filter makes: a channel that follows another curve, as one Detection or none."""
+        return curve_of(self)
 
     @cached_property
     def record_modes(self):

@@ -9,7 +9,7 @@ from ssi_ros.gap.nominal.pairing import dithered, make_pair
 from ssi_ros.gap.nominal.periodic.period import period_of
 from ssi_ros.gap.nominal.periodic.stationarity import steadiness
 from ssi_ros.gap.nominal.stationary.level import modulation
-from ssi_ros.gap.nominal.stationary.prediction_error import predictor
+from ssi_ros.events.prediction_error import predictor
 from ssi_ros.gap.spectra.band_averages import level_of, plan, spectra_of
 from ssi_ros.integrity.values import limit_of
 from ssi_ros.records import Samples

@@ -7,7 +7,7 @@ from ssi_ros.gap.nominal.modal.frequency_shift import shifted_modes
 from ssi_ros.gap.nominal.modal.reference import identified
 from ssi_ros.gap.nominal.stationary.chirp import sweep
 from ssi_ros.gap.nominal.stationary.impulses import learn, matched, pulses
-from ssi_ros.gap.nominal.stationary.prediction_error import predictor
+from ssi_ros.events.prediction_error import predictor
 from ssi_ros.gap.nominal.stationary.tone import skirts
 from ssi_ros.records import Samples
 
