@@ -70,29 +70,35 @@ def _force(motion, passed):
 
 
 class LocalChange:
-    """All modes, (m,), where one spring or mass changes; what becomes of the motion of one."""
+    """All modes, (m,), where a spring, mass or damper changes; what becomes of one's motion."""
 
     def __init__(self, f, frequencies_hz, damping_ratios, mode):
         """Take frequencies (b, n) at which `mode` moves."""
-        f0, self.mode = frequencies_hz, mode
+        f0, self.mode, self.f = frequencies_hz, mode, f
         # of unit stiffness
         self.response = response(f[..., None], f0, damping_ratios) * (f0 / f[..., None]) ** 2
         power = np.abs(self.response[..., mode]) ** 2
         self.weight = power / power.sum(axis=1, keepdims=True)
 
-    def ratio(self, acts, reached):
+    def ratio(self, acts, reached, angle=0.0, hz=np.inf):
         """
         Return what all modes do beside the motion of this one, (b, m), eq. (147b).
 
         The stiffness changes by u v^T: u (m,) is how what is added acts on each mode, v (m,) how
-        far each mode reaches it. The entry of this mode is the logarithm of its own ratio.
+        far each mode reaches it. A damper turns it by an `angle` [rad], pi / 2 of it alone, at
+        `hz` as large as a spring. The entry of this mode is the logarithm of its own ratio.
         """
-        k, left = self.mode, 1 / (1 + self.response @ (acts * reached))
+        k, turned = self.mode, self.turned(angle, hz)
+        left = turned / (1 + turned * (self.response @ (acts * reached)))
         found = -acts * reached[k] * ((self.weight * left)[:, None] @ self.response)[:, 0]
         own = 1 - acts[k] * reached[k] * self.response[..., k] * left
         found[:, k] = (np.log(np.sum(np.abs(own) ** 2 * self.weight, axis=1)) / 2
                        + 1j * np.angle(1 + found[:, k]))
         return found
+
+    def turned(self, angle, hz):
+        """Return the stiffness of a unit spring that has a damper beside it, (b, n)."""
+        return np.cos(angle) + 1j * np.sin(angle) * self.f / hz
 
 
 def rank_one(score, information):

@@ -14,6 +14,7 @@ class Candidate:
     effects: tuple = ()
     equivalents = ()        # with geometry no two effects have one form by construction
     approximation = 0.0     # share of the gap that its form may leave
+    exact = False           # whether no error of its law is in question
     odds_in_time = 0.0      # log odds of what no mean of spectra shows
 
     @property

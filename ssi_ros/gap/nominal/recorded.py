@@ -90,7 +90,9 @@ class RecordedComparison(Comparison):
         if fit is not self.null:
             rest = [d for d in (*found, *filter(None, self.joint[:1]))
                     if d.effect not in fit.candidate.names]
-            gap, odd = self._held_out(fit), recordings.curve * is_linear(fit.candidate.names)
+            odd = recordings.curve * is_linear(fit.candidate.names)
+            # halves show less than all groups do, which few numbers hardly fit by chance
+            gap = max(self._held_out(fit), self.goodness_of_fit(fit), key=lambda g: g.deviations)
             # an event is where it is: nothing else that is steady makes it
             p_value = float(min([norm.sf(gap.deviations), self._unmoved(fit),
                                  *[d.p_value for d in rest if len(d.times)]]))
@@ -143,9 +145,11 @@ class RecordedComparison(Comparison):
         return tuple(ModalCandidate((f,)) for f in self.recordings.score_test.forms)
 
     def refinements(self, ranked):
-        """Return modes that mix where one channel would explain them: shapes that turn do."""
-        if self.gap.deviations > LIMITS.far.value or not any(
-                f.pattern is ModalPattern.CHANNEL_SHAPE for f in ranked[0].fit.candidate.forms):
+        """Return shapes that turn, where one channel explains a gap, or some of it."""
+        fit, of = ranked[0].fit, {f.pattern for f in ranked[0].fit.candidate.forms}
+        if self.gap.deviations > LIMITS.far.value or not (
+                ModalPattern.CHANNEL_SHAPE in of or ModalPattern.CHANNEL_FILTER in of
+                and self.goodness_of_fit(fit).deviations > LIMITS.inside.value):
             return ()
         return candidates_of(self.recordings, mixed(self.recordings))
 

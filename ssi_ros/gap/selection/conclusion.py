@@ -103,7 +103,7 @@ def conclude(case):
     best, residual = case.ranked[0], case.residual
     # the least of as many families; it says no more against none than all tests do, (113c)
     anomaly = max(case.found.p_value, min([1.0, *map(_corrected, residual.anomalies)]))
-    rest = beside_law(residual.p_value, best.explained)
+    rest = beside_law(residual.p_value, best.by_law)
     if not is_inside(best, residual):
         # what a candidate leaves on segments that it was not fitted to counts too
         rest = min(rest, float(norm.sf(best.deviations)), LIMITS['residual_p'].value)
@@ -136,7 +136,7 @@ def conclude(case):
 
 def is_inside(ranked, residual):
     """Return whether what a candidate leaves is inside the floor."""
-    left = beside_law(residual.p_value, ranked.explained)
+    left = beside_law(residual.p_value, ranked.by_law)
     return ranked.inside and left >= LIMITS['residual_p'].value
 
 

@@ -53,6 +53,11 @@ class Ranked:
     removed: float = 0.0    # of the held-out gap [nats]; validated only
 
     @property
+    def by_law(self):
+        """Log likelihood of what is explained by a law that may be off."""
+        return 0.0 if self.fit.candidate.exact else self.explained
+
+    @property
     def names(self):
         """Names of the effects."""
         return self.fit.candidate.names

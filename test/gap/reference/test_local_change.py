@@ -41,3 +41,32 @@ def test_one_spring_or_mass_is_named_before_a_sensor_that_moved(changed, near):
     assert sum(n.startswith('modal_mass_at_') for n in names) == len(MASSES) - 1
     assert [n.removeprefix('near.') for n in names if n.startswith('near.')] == near
     assert found.where.site['structure'] > 0.7
+
+
+def with_damper(seed, coefficient=0.0, at=5, seconds=400.0):
+    """Return accelerations of the chain, damped by 1 %, with a damper [N s/m] to the ground."""
+    rng, rows = np.random.default_rng(seed), int(seconds * RATE_HZ)
+    stiffness = np.diag(SPRINGS + np.append(SPRINGS[1:], 0.0)) * 1e3
+    stiffness -= 1e3 * (np.diag(SPRINGS[1:], 1) + np.diag(SPRINGS[1:], -1))
+    sizes, shapes = eigh(stiffness, np.diag(MASSES))
+    modal = MASSES[:, None] * shapes
+    damping = modal @ np.diag(0.02 * np.sqrt(sizes)) @ modal.T
+    damping[at, at] += coefficient
+    w = 2 * np.pi * np.fft.rfftfreq(rows, 1 / RATE_HZ)[:, None, None]
+    force = np.fft.rfft(rng.standard_normal((len(FORCES), rows)))
+    moved = np.linalg.solve(stiffness - w ** 2 * np.diag(MASSES) + 1j * w * damping,
+                            np.eye(len(MASSES))[:, FORCES] @ force.T[..., None])
+    values = np.fft.irfft(-(w * w * moved)[..., 0], rows, axis=0)[:, CHANNELS]
+    values += 10 ** (-45 / 20) * values.std() * rng.standard_normal(values.shape)
+    return Samples(values, RATE_HZ, tuple(f'm{c + 1}' for c in CHANNELS))
+
+
+def test_one_damper_is_named_before_a_delay():
+    """It turns the phases of shapes where it is, as a delay of the channel there does."""
+    found = diagnose_reference(with_damper(1), with_damper(2, 40.0), effects=(
+        'damping_scale', 'channel_delay', 'sensor_misplacement', 'sensor_gain'))
+    best = found.candidates[0]
+    assert best.effects == ('damping_scale',) and best.closed > 0.9
+    assert best.parameters['damping_scale.loss_angle'].value == pytest.approx(np.pi / 2, abs=0.3)
+    assert 'damping_scale.near.m6' in best.parameters
+    assert found.where.site['structure'] > 0.7

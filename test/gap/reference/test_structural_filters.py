@@ -77,13 +77,24 @@ def test_a_local_change_is_the_inverse_of_the_changed_stiffness():
         np.testing.assert_allclose([row[0], np.exp(row[1])], exact, rtol=1e-9)
 
 
+def test_a_damper_turns_the_changed_stiffness():
+    """A spring and a damper of one unit at 5 Hz, an eighth of a turn, (147b)."""
+    f, acts, reached = np.array([[4.8], [5.1], [5.4]]), np.array([0.02, -0.03]), np.array([1., 2.])
+    found = LocalChange(f, F0, XI, 1).ratio(acts, reached, np.pi / 4, 5.0)
+    for at, row in zip(f.ravel(), found):
+        stiffness = np.diag((F0 ** 2 - at ** 2 + 2j * XI * F0 * at) / F0 ** 2)
+        added = np.outer(acts, reached) * (1 + 1j * at / 5.0) / np.sqrt(2)
+        exact = (np.linalg.inv(stiffness + added) @ stiffness)[:, 1]
+        np.testing.assert_allclose([row[0], np.exp(row[1])], exact, rtol=1e-9)
+
+
 def test_a_spring_that_gives_moves_modes_and_turns_their_shapes():
     """The filter of the true numbers makes the spectrum of the structure that changed."""
     stiffness = np.eye(2) - np.outer(PARTS, PARTS)
     form = local_change(nominal(), -1.0, PARTS)
     mass = np.log(F0[1] / F0[0])                # of unit modal masses, and a spring
     first = int(np.argmax(np.abs(PARTS)))
-    x = np.append(PARTS, (-mass if first == 0 else mass))
+    x = np.append(PARTS, [-mass if first == 0 else mass, 0.0])
     before, after = worst(form, x, stiffness)
     assert before > 8.0
     assert after < 2.0

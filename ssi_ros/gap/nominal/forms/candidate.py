@@ -110,6 +110,11 @@ class ModalCandidate:
         return sum(f.bonus for f in self.forms if f.pattern is ModalPattern.FREQUENCY_DRIFT)
 
     @property
+    def exact(self):
+        """Whether all are filters of single channels, which are what they are whatever moves."""
+        return all(f.pattern is ModalPattern.CHANNEL_FILTER for f in self.forms)
+
+    @property
     def approximation(self):
         """Share of the gap that a right candidate may leave: the error of its modal form."""
         # An equivalent linear form is Gaussian and a joint is not, nor are impulses, which excite

@@ -1,5 +1,5 @@
 """
-A local change of the structure: one spring or mass more or less, of rank one in the modes, (147b).
+A local change of the structure: one spring, mass or damper, of rank one in the modes, (147b).
 
 It moves every mode by the square of what the mode has of the place, and turns the shapes of all
 of them by the same numbers: neither a moved sensor nor frequencies that change alone do that.
@@ -24,40 +24,49 @@ MOST_ROWS = 5_000_000   # numbers of all scores that a start is sought by; bands
 BY_CHANCE = 0.05        # of a MAC of parts and shapes: the place does not move as a channel does
 
 
-def local_change(nominal, sign, parts, masses=0.0):
+def local_change(nominal, sign, parts, masses=0.0, damper=False):
     """
     Return the form of one local change that lowers (sign -1) or raises (1) frequencies.
 
-    It begins at `parts` (m,), roots of the relative changes of modal stiffness with the signs of
-    the modes at the place, and `masses` (m,), logarithms of modal masses over that of the mode
-    that changes most, times the cube of the ratio of frequencies: between a spring and a mass.
+    A `damper` lowers or raises damping in their place; either is some of the other, by the angle
+    that is the last number. It begins at `parts` (m,), roots of the relative changes of modal
+    stiffness with the signs of the modes at the place, and `masses` (m,), logarithms of modal
+    masses over that of the mode that changes most, times the cube of the ratio of frequencies:
+    between a spring and a mass.
     """
     modes, cut, count = nominal.modes, nominal.cut, len(nominal.modes)
     first, near = int(np.argmax(np.abs(parts))), _near(modes, cut)
     others = np.flatnonzero(np.arange(count) != first)
+    upright, hz = np.pi / 2 * damper, modes.frequencies_hz[first]
     usual = 3 * np.log(modes.frequencies_hz / modes.frequencies_hz[first])
 
     def change(_, x):
         part, mass = np.array(x[:count]), usual.copy()
-        mass[others] += x[count:]
+        mass[others] += x[count:-1]
         acts, reached = sign * part * np.exp(-mass / 2), part * np.exp(mass / 2)
         gain = np.tile(np.eye(len(nominal.channels), dtype=complex), (cut.bands, 1, 1))
         for k, (bands, window, both) in enumerate(near):
-            ratio = both.ratio(acts, reached)
+            ratio = both.ratio(acts, reached, upright + x[-1], hz)
             own = np.exp(window[:, 0] * ratio[:, k]) - 1
             ratio *= window
             ratio[:, k] = own
             gain[bands] += (ratio @ modes.shapes.T)[..., None] * modes.duals[:, k].conj()
         return gain, None
     at = [at_mode(f) for f in modes.frequencies_hz]
-    numbers = [Number(f'scale_{n}', '1', 0.01, -1.0, 1.0, lambda x: 1 + sign * x ** 2) for n in at]
+    # of stiffness, or of damping
+    grows = modes.frequencies_hz / hz / (2 * modes.damping_ratios) if damper else np.ones(count)
+    numbers = [Number(f'scale_{n}', '1', 0.01, -1.0, 1.0, lambda x, by=g: 1 + sign * by * x ** 2)
+               for n, g in zip(at, grows)]
     numbers += [Number(f'modal_mass_{at[i]}', '1', 0.1, -MOST_MASS, MOST_MASS, np.exp)
                 for i in others]
+    numbers.append(Number('loss_angle', 'rad', 0.1, -np.pi / 4, np.pi / 4, lambda x: upright + x))
     masses = np.clip(masses + np.zeros(count), -MOST_MASS / 3, MOST_MASS / 3)
+    what, pattern, common = (
+        ('damper', ModalPattern.MODE_DAMPINGS, ModalPattern.COMMON_DAMPING_RATIO) if damper else
+        ('spring or mass', ModalPattern.MODE_FREQUENCIES, ModalPattern.COMMON_FREQUENCY_RATIO))
     return Form({'modes': 'local'}, tuple(numbers), change,
-                'one spring or mass changed: modes moved and their shapes turned',
-                ModalPattern.MODE_FREQUENCIES, showing(ModalPattern.COMMON_FREQUENCY_RATIO)[0],
-                begin=np.append(parts, masses[others]),
+                f'one {what} changed: modes moved and their shapes turned',
+                pattern, showing(common)[0], begin=np.concatenate([parts, masses[others], [0.0]]),
                 near=lambda x: _nearest(nominal, x[:count]))
 
 
@@ -72,18 +81,20 @@ def _nearest(nominal, parts):
     return {nominal.channels[best]: float(alike[best])} if clear else {}
 
 
-def from_scores(nominal, spectrum, residual, white):
+def from_scores(nominal, spectrum, residual, white, damper=False):
     """
     Return the form begun where a whitened residual (n,) around a spectrum (b, l, l) leads.
 
     `white` whitens a change of the spectrum (b, l, l), (n,).
     """
     modes, cut, count, total = nominal.modes, nominal.cut, len(nominal.modes), nominal.cut.bands
+    hz = np.median(modes.frequencies_hz)
     step = 1 + count ** 2 * len(residual) // MOST_ROWS
     residual = residual.reshape(total, -1)[::step].ravel()
     rows = np.zeros((count, count, len(residual)))
     for k, (bands, window, both) in enumerate(_near(modes, cut)):
-        response = (both.weight[:, None] @ both.response)[:, 0]
+        turned = both.weight * both.turned(np.pi / 2 * damper, hz)
+        response = (turned[:, None] @ both.response)[:, 0]
         for i in range(count):
             turn = np.outer(modes.shapes[:, i], modes.duals[:, k].conj())
             part = (-window * response[:, i:i + 1])[..., None] * (turn @ spectrum[bands])
@@ -97,7 +108,9 @@ def from_scores(nominal, spectrum, residual, white):
     parts = np.sqrt(np.maximum(sign * moved, LEAST_PART ** 2)) * np.where(reached < 0, -1.0, 1.0)
     masses = np.log(np.maximum(np.abs(reached), 1e-9) / np.maximum(np.abs(acts), 1e-9))
     masses -= 3 * np.log(modes.frequencies_hz)
-    return local_change(nominal, sign, parts, masses - masses[np.argmax(np.abs(parts))])
+    first = np.argmax(np.abs(parts))
+    parts *= np.sqrt(modes.frequencies_hz[first] / hz) if damper else 1.0
+    return local_change(nominal, sign, parts, masses - masses[first], damper)
 
 
 def from_frequencies(nominal, moved, ties, likelihood):

@@ -51,7 +51,7 @@ def mixed(recordings):
 
 
 def _local(recordings, there):
-    """Yield the form of one local change, begun where it is nearest to the record."""
+    """Yield the forms of a spring or mass and of a damper, begun nearest to the record."""
     nominal, null = recordings.nominal, recordings.null
     if len(nominal.modes) < 2:
         return
@@ -61,13 +61,15 @@ def _local(recordings, there):
         there = predict(nominal, (form,), np.append(null.x, form.start))
         return ratio(there.turned(null.turn), record, nominal.trust)
     residual, lower = residual_of(nominal, record, null)
-    forms = [local_change.from_scores(
+    spring, damper = (local_change.from_scores(
         nominal, np.exp(null.x[0]) * nominal.spectrum, residual,
-        lambda change: np.sqrt(record.weight) * whitened(change, lower))]
+        lambda change: np.sqrt(record.weight) * whitened(change, lower), d) for d in (False, True))
+    forms = [spring]
     moved, ties = moved_stiffness(nominal.modes, there)
     if moved.any():
         forms.append(local_change.from_frequencies(nominal, np.expm1(moved), ties, likelihood))
     yield max(forms, key=likelihood)
+    yield damper
 
 
 def _one_cause_of_bursts(detections, joint, bursts):

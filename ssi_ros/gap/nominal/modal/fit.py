@@ -208,6 +208,8 @@ def fit(nominal, record, forms=(), start=None, steps=STEPS, origin=None, far=Fal
     caps = high - low
     low[1] = max(low[1], -NEARLY_ALL * np.exp(level) * least_share(
         nominal.spectrum, nominal.floor))
+    if nominal.levels is not None:      # its noise is that of the record, and so is its level
+        low[:2] = high[:2] = 0.0
     start = [level, 0.0] + [n.start for n in numbers] if start is None else start
     start = np.clip(np.array(start, float), low, high)
     # of other groups a start may take away more noise than there is: then without numbers
