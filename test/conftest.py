@@ -2,6 +2,7 @@
 from itertools import count
 import os
 import pathlib
+import re
 
 import numpy as np
 import pytest
@@ -20,10 +21,23 @@ FIRST_DOMAIN = int(os.environ.setdefault('ROS_DOMAIN_ID', str(1 + os.getppid() %
 TESTS = count(WORKER, WORKERS)
 
 
+def by_the_clock(path):
+    """Return whether a file or folder below this one holds what runs by the clock."""
+    return path.relative_to(HERE).parts[0] in BY_THE_CLOCK
+
+
+def pytest_ignore_collect(collection_path, config):
+    """Import no file of which `-m` leaves nothing: every worker imports all that is collected."""
+    chosen = re.match('(not )?by_the_clock and ', config.option.markexpr)
+    if chosen and collection_path != HERE and HERE in collection_path.parents:
+        return True if by_the_clock(collection_path) == bool(chosen[1]) else None
+    return None
+
+
 def pytest_collection_modifyitems(items):
     """Mark what runs by the clock: `make test` computes nothing beside it."""
     for item in items:
-        if item.path.relative_to(HERE).parts[0] in BY_THE_CLOCK:
+        if by_the_clock(item.path):
             item.add_marker(pytest.mark.by_the_clock)
 
 

@@ -9,9 +9,11 @@ from ssi_ros.bag import write_samples
 from ssi_ros.records import Samples
 from ssi_ros.whole_file import whole_file, write_whole
 
-# a child whose files cannot grow beyond 4 kB, as on a full disk
+# A child whose files cannot grow beyond 4 kB, as on a full disk. What it compiled would be cut off
+# there as well, and would stay: nobody could import it any more.
 LIMITED = """
 import resource, signal, sys
+sys.dont_write_bytecode = True
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
 from ssi_ros.cli.main import main

@@ -137,7 +137,7 @@ def test_places_are_judged_by_what_they_hold():
 
 @pytest.mark.parametrize('name, parameters', [
     ('sensor_gain', {'channel': 'e2_a', 'scale': 1.2}),
-    ('array_asymmetry', {'array': 'E1', 'scale': 0.8})])
+    pytest.param('array_asymmetry', {'array': 'E1', 'scale': 0.8}, marks=pytest.mark.slow)])
 def test_the_true_effect_closes_its_own_gap(monkeypatch, name, parameters):
     """At its true size an effect leaves the floor: 1 within 0.1; without it there is no gap."""
     monkeypatch.setattr(meter, 'RECORDS', 4)

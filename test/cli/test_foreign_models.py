@@ -61,7 +61,7 @@ def test_diagnose_names_the_storey_and_applies_it(building, bag, tmp_path, capsy
 def test_identifiability_and_report(building, bag, tmp_path, capsys):
     """A table of what the record would show, and a page without a spacecraft to draw."""
     path = tmp_path / 'table.json'
-    assert main(['identifiability', '--model', building, '--duration-s', '1800', '--json',
+    assert main(['identifiability', '--model', building, '--duration-s', '300', '--json',
                  str(path)]) == 0
     names = {e['name'] for e in json.loads(path.read_text())['effects']}
     assert {'connection_friction', 'mode_damping', 'sensor_gain'} <= names

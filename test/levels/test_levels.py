@@ -83,6 +83,7 @@ def test_bounded_keeps_what_is_inside_and_makes_spectra_of_the_rest():
     np.testing.assert_allclose(found, np.diag([0.5, 2.0, 1.5]), atol=1e-12)
 
 
+@pytest.mark.slow
 def test_levels_alone_are_within_the_floor():
     """Torques and process noise 4 to 5 dB up and down, each on its own."""
     assert diagnose(RecordedNominal(flown(23)), flown(24, **LOUDER)).outcome == 'WITHIN_FLOOR'

@@ -11,7 +11,8 @@ MODEL = {'kinds': ['acceleration', 'acceleration'], 'noise_rms': 1e-3, 'inputs':
          'output': np.eye(2), 'freedoms': ['f', 'g'], 'uncertainty_frequency': 0.01}
 
 
-@pytest.mark.parametrize('channels', [('a', 'b'), ('left/a', 'right | b')])
+@pytest.mark.parametrize('channels', [
+    pytest.param(('a', 'b'), marks=pytest.mark.slow), ('left/a', 'right | b')])
 def test_a_gain_of_a_model_without_declared_damping_errors(tmp_path, channels):
     """No damping may be wrong, so that nothing is shifted for it; a slash in a name is a name."""
     np.savez(tmp_path / 'm.npz', channels=channels, **MODEL)

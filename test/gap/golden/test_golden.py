@@ -6,7 +6,7 @@ from cases import CASES, path_of
 import pytest
 
 SLOW = ('model_array_asymmetry', 'model_clipping_and_missing', 'model_harmonic_disturbance',
-        'model_hinge_friction', 'model_impulsive_events', 'model_pair')
+        'model_hinge_friction', 'model_impulsive_events', 'model_pair', 'model_unknown')
 PROBABILITY = 0.05      # abs: another optimiser path moves log odds by some 0.1, no more
 GAP = 1e-3              # rel: round-off of another order of sums is far below
 LOG10_P = 0.3           # abs: a factor of 2, as of one more or one less test in a p-value

@@ -57,7 +57,8 @@ def test_a_gain_is_named_with_its_channel_and_size():
     assert max(found.where.site, key=found.where.site.get) == 'sensor'
 
 
-@pytest.mark.parametrize('scale, level', [(1.5, 1.0), (0.7, 2.0)])
+@pytest.mark.parametrize('scale, level', [
+    pytest.param(1.5, 1.0, marks=pytest.mark.slow), (0.7, 2.0)])
 def test_a_large_gain_needs_no_forces_of_other_levels(scale, level):
     """The noise of the samples is scaled as well; what one level explains frees no others."""
     found = diagnose_reference(chain(23), changed(chain(24, level=level),
