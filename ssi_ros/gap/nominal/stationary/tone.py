@@ -11,6 +11,7 @@ from scipy.optimize import minimize_scalar
 from ssi_ros.effects import ModalPattern
 from ssi_ros.effects.registry import detects, showing
 from ssi_ros.gap.comparison import Detection
+from ssi_ros.gap.inference.goodness_of_fit import Z90
 from ssi_ros.gap.nominal.forms.candidate import Form, Number
 from ssi_ros.gap.nominal.stationary.samples import EXACT
 from ssi_ros.gap.nominal.thresholds import LIMITS
@@ -21,6 +22,8 @@ AROUND = 10             # bins around a line in which the reference is compared
 OWN_BINS = 3            # of a line itself under its taper, on each side
 OWN_SKIRT = 2           # bins of a line itself that are no skirts, on each side
 SKIRT = 12              # bins in which its skirts are searched
+SAME_MODE = 0.05        # relative difference of frequency of one mode in two recordings
+LESS = 3.0              # times less damping than was identified a mode may have
 
 
 @detects('harmonic_disturbance', of='recordings')
@@ -81,8 +84,9 @@ def line(recordings):
     excess = np.minimum(excess, (power_here / top[at]).mean(axis=1))
     # the channels may move as one
     width = two.shape[1]
-    # a line stands alone, a narrow mode has flanks
-    alone = (power_here / flanks(power, np.ones((len(power), 1)))[usable]).mean(axis=1)
+    # a line stands alone, a narrow mode has flanks, which are lower where few bins hold all of it
+    flat = power / resonances(np.fft.rfftfreq(len(two), 1 / cut.rate_hz), recordings)[:, None]
+    alone = (flat / flanks(flat, np.ones((len(flat), 1))))[usable].mean(axis=1)
     chance = np.maximum(gamma.sf(excess * width, width),
                         fisher.sf(alone, 2, 4 * (AROUND - OWN_BINS)))
     # of a peak of few bins, or of the lines of a periodic excitation, the level is a guess
@@ -100,6 +104,24 @@ def line(recordings):
         return None
     vector = found[usable][best] * np.sqrt(3 * cut.rate_hz / len(two))
     return float(chance[best]), float(f_two[best]), vector, bool(faint[best])
+
+
+def resonances(f, recordings):
+    """Return how far narrow modes stand out of the bins around them, (f,) from 1 on."""
+    step, found = f[1], np.ones(len(f))
+    reach = 2 * AROUND * step
+    known = list(recordings.nominal.identified)
+    for m in known + [m for m in recordings.record_modes if any(
+            abs(m.frequency_hz / k.frequency_hz - 1) < SAME_MODE
+            and m.damping_ratio > k.damping_ratio / LESS for k in known)]:
+        # of few bins damping is hardly known
+        least = max(np.nan_to_num(m.damping_ratio - Z90 * m.damping_ratio_std),
+                    m.damping_ratio / LESS)
+        width = max(least * m.frequency_hz, step)
+        near = np.abs(f - m.frequency_hz) < reach
+        found[near] = np.maximum(found[near], (1 + (reach / width) ** 2) / (
+            1 + ((f[near] - m.frequency_hz) / width) ** 2))
+    return found
 
 
 def flanks(power, between):
