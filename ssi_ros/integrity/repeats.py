@@ -11,6 +11,7 @@ ROUNDED = 1.5           # times the equal neighbours that rounding makes by itse
 SURE = 4.0              # deviations by which they are more, counted as events by chance are
 FEW_VALUES = 8          # of which any repeats itself
 TOGETHER = 4096         # values that are looked at for different ones at once
+FEW_ROWS = 3            # that repeat: fewer change no answer
 WELL_RESOLVED = 3.0     # steps of rounding in an rms, below which values repeat anyway
 
 
@@ -28,10 +29,29 @@ def faults_of_samples(samples):
             repeated[channel] = (share, f'{channel} has a new sample only every {every} samples'
                                  if every > 1 else f'{channel} repeats {100 * share:.2g} % of its '
                                  'samples')
+    if not (stuck or repeated):
+        rows = _repeated_rows(samples.values)
+        if rows:
+            share = rows / len(samples.values)
+            return (Fault('repeated samples', dict.fromkeys(samples.channels, float(share)),
+                          f'All channels repeat {rows} of {len(samples.values)} rows at once, as '
+                          'where a recorder fills gaps with the last row.', 0.0),)
     return tuple(
         Fault(kind, {c: float(size) for c, (size, _) in found.items()},
               f'Channel {"; channel ".join(text for _, text in found.values())}.', 0.0)
         for kind, found in (('stuck channel', stuck), ('repeated samples', repeated)) if found)
+
+
+def _repeated_rows(values):
+    """Return how many rows all channels repeat at once, 0 where rounding may do that."""
+    equal = values[1:] == values[:-1]
+    both = equal.all(axis=1)
+    # at a turning point of the motion rounded channels repeat themselves together
+    fine = [c for c in values.T if not step_of(c) and _few(c[np.isfinite(c)]) == FEW_VALUES]
+    if len(fine) < 2 or np.count_nonzero(both) < FEW_ROWS:
+        return 0
+    own = np.sort(np.count_nonzero(equal, axis=0))[:2] - np.count_nonzero(both)
+    return np.count_nonzero(both) if own.max() < np.count_nonzero(both) else 0
 
 
 def _few(values):

@@ -200,3 +200,19 @@ def test_stuck_and_repeated_samples(step):
     dead[:, 0] = 0.25
     found, = faults_of_samples(Samples(dead, 100.0, names))
     assert found.kind == 'stuck channel' and 'a is stuck at 0.25' in found.text
+
+
+def test_few_rows_that_all_channels_repeat():
+    """Rows resent where some were lost, in 3 of 10,000; none by rounding, of motion that turns."""
+    rng = np.random.default_rng(4)
+    t = np.arange(30_000) / 100.0
+    motion = np.sin(2 * np.pi * 0.2 * t)[:, None] * [1.0, 0.7, -0.5]
+    values = motion + 0.01 * rng.standard_normal(motion.shape)
+    again = values.copy()
+    rows = rng.choice(np.arange(1, len(t)), 9, replace=False)
+    again[rows] = again[rows - 1]
+    found, = faults_of_samples(Samples(again, 100.0, ('a', 'b', 'c')))
+    assert found.kind == 'repeated samples' and set(found.sizes) == {'a', 'b', 'c'}
+    assert '9 of 30000 rows' in found.text
+    for healthy in (values, np.round(motion, 4), np.round(values, 3)):
+        assert not faults_of_samples(Samples(healthy, 100.0, ('a', 'b', 'c')))
