@@ -7,8 +7,8 @@ stands out there however weak it is beside the excitation, eq. (173) and (174).
 import numpy as np
 from scipy.ndimage import maximum_filter1d
 
+from ssi_ros.events.lines import AROUND, flanks, OWN_BINS
 from ssi_ros.events.track import cells, HALF_LAPPED, straight
-from ssi_ros.gap.nominal.stationary.tone import AROUND, flanks, OWN_BINS
 from ssi_ros.gap.nominal.thresholds import LIMITS
 from ssi_ros.tails import fisher, gamma
 

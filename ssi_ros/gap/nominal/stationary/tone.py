@@ -10,20 +10,17 @@ from scipy.optimize import minimize_scalar
 
 from ssi_ros.effects import ModalPattern
 from ssi_ros.effects.registry import detects, showing
+from ssi_ros.events.lines import AROUND, flanks, of_one_channel, OWN_BINS, resonances
 from ssi_ros.gap.comparison import Detection
-from ssi_ros.gap.inference.goodness_of_fit import Z90
 from ssi_ros.gap.nominal.forms.candidate import Form, Number
 from ssi_ros.gap.nominal.stationary.samples import EXACT
 from ssi_ros.gap.nominal.thresholds import LIMITS
 from ssi_ros.tails import fisher, gamma
 
 PEAK, FEW = 16.0, 12    # fewer bins than FEW within PEAK of the largest: no smooth level
-AROUND = 10             # bins around a line in which the reference is compared
-OWN_BINS = 3            # of a line itself under its taper, on each side
+CERTAIN = 1e-5          # chance of such a line, after all bins and channels
 OWN_SKIRT = 2           # bins of a line itself that are no skirts, on each side
 SKIRT = 12              # bins in which its skirts are searched
-SAME_MODE = 0.05        # relative difference of frequency of one mode in two recordings
-LESS = 3.0              # times less damping than was identified a mode may have
 
 
 @detects('harmonic_disturbance', of='recordings')
@@ -85,7 +82,7 @@ def line(recordings):
     # the channels may move as one
     width = two.shape[1]
     # a line stands alone, a narrow mode has flanks, which are lower where few bins hold all of it
-    flat = power / resonances(np.fft.rfftfreq(len(two), 1 / cut.rate_hz), recordings)[:, None]
+    flat = power / resonances(np.fft.rfftfreq(len(two), 1 / cut.rate_hz), recordings, AROUND)
     alone = (flat / flanks(flat, np.ones((len(flat), 1))))[usable].mean(axis=1)
     chance = np.maximum(gamma.sf(excess * width, width),
                         fisher.sf(alone, 2, 4 * (AROUND - OWN_BINS)))
@@ -98,40 +95,15 @@ def line(recordings):
     share = power_here * 1.5 * cut.rate_hz / len(two) / two.var(axis=0)
     faint = share.max(axis=1) < LIMITS.negligible_noise.value ** 2
     chance *= len(excess)
+    # of one channel alone, or of none
+    single = of_one_channel(recordings, power, fine)[usable]
+    chance = np.where(single < CERTAIN, np.minimum(chance, single), chance)
     loud = np.where(faint, 1.0, chance)
     best = int(np.argmin(loud if loud.min() < LIMITS.detected.value else chance))
     if not chance[best] < LIMITS.detected.value:
         return None
     vector = found[usable][best] * np.sqrt(3 * cut.rate_hz / len(two))
     return float(chance[best]), float(f_two[best]), vector, bool(faint[best])
-
-
-def resonances(f, recordings):
-    """Return how far narrow modes stand out of the bins around them, (f,) from 1 on."""
-    step, found = f[1], np.ones(len(f))
-    reach = 2 * AROUND * step
-    known = list(recordings.nominal.identified)
-    for m in known + [m for m in recordings.record_modes if any(
-            abs(m.frequency_hz / k.frequency_hz - 1) < SAME_MODE
-            and m.damping_ratio > k.damping_ratio / LESS for k in known)]:
-        # of few bins damping is hardly known
-        least = max(np.nan_to_num(m.damping_ratio - Z90 * m.damping_ratio_std),
-                    m.damping_ratio / LESS)
-        width = max(least * m.frequency_hz, step)
-        near = np.abs(f - m.frequency_hz) < reach
-        found[near] = np.maximum(found[near], (1 + (reach / width) ** 2) / (
-            1 + ((f[near] - m.frequency_hz) / width) ** 2))
-    return found
-
-
-def flanks(power, between):
-    """Return the mean power (f, l) around each bin, of bins where `between` (f, 1) is 1."""
-    flank = np.ones(2 * AROUND + 1)
-    flank[AROUND - OWN_BINS:AROUND + OWN_BINS + 1] = 0.0
-
-    def summed(values):
-        return np.apply_along_axis(np.convolve, 0, values, flank, 'same')
-    return np.maximum(summed(power * between) / np.maximum(summed(between), 1.0), 1e-300)
 
 
 def _fine(values, cut):
