@@ -6,6 +6,7 @@ import numpy as np
 
 from ssi_ros.effects import effect_class, ModalPattern
 from ssi_ros.effects.registry import detectors
+from ssi_ros.events.prediction_error import predictor
 from ssi_ros.gap.check import TooLittleData
 from ssi_ros.gap.inference.goodness_of_fit import compare
 from ssi_ros.gap.nominal.modal.amplitude_dependence import amplitude_dependence
@@ -21,7 +22,6 @@ from ssi_ros.gap.nominal.periodic.period import period_of
 from ssi_ros.gap.nominal.periodic.random_walk import independent_share
 from ssi_ros.gap.nominal.periodic.repeats import ENOUGH_PERIODS, same_signal
 from ssi_ros.gap.nominal.stationary import chirp, impulses, level, samples, tone
-from ssi_ros.events.prediction_error import predictor
 from ssi_ros.gap.nominal.thresholds import LIMITS
 from ssi_ros.gap.spectra.band_averages import Cut, level_of, plan, Spectra
 from ssi_ros.levels.free import compared
@@ -98,7 +98,7 @@ class Recordings:
 
     @cached_property
     def curve(self):
-        """What no filter makes: a channel that follows another curve, as one Detection or none."""
+        """Return what shows that a channel follows another curve, one Detection or none."""
         return curve_of(self)
 
     @cached_property

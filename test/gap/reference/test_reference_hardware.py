@@ -3,13 +3,13 @@ import numpy as np
 import pytest
 from reference_records import chain, diagnose_reference, RATE_HZ
 from scipy.signal import lfilter
+from ssi_ros.events.prediction_error import predictor
 from ssi_ros.gap.nominal.modal.reference import make_nominal
 from ssi_ros.gap.nominal.modal.starting_values import all_forms, bracketed
 from ssi_ros.gap.nominal.pairing import dithered, make_pair
 from ssi_ros.gap.nominal.periodic.period import period_of
 from ssi_ros.gap.nominal.periodic.stationarity import steadiness
 from ssi_ros.gap.nominal.stationary.level import modulation
-from ssi_ros.events.prediction_error import predictor
 from ssi_ros.gap.spectra.band_averages import level_of, plan, spectra_of
 from ssi_ros.integrity.values import limit_of
 from ssi_ros.records import Samples

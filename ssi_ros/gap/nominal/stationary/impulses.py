@@ -14,10 +14,10 @@ from ssi_ros.effects import ModalPattern
 from ssi_ros.effects.registry import detects
 from ssi_ros.events.detector import event_in
 from ssi_ros.events.level_around import over_higher, over_mean
+from ssi_ros.events.prediction_error import PREDICTED, predictor
 from ssi_ros.gap.comparison import Detection
 from ssi_ros.gap.nominal.forms.candidate import Form, Number
 from ssi_ros.gap.nominal.stationary.level import WINDOWS
-from ssi_ros.events.prediction_error import PREDICTED, predictor
 from ssi_ros.gap.nominal.stationary.samples import EXACT
 from ssi_ros.gap.nominal.thresholds import LIMITS
 from ssi_ros.hermitian import matrix_power, positive
