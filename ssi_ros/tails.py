@@ -40,6 +40,12 @@ def tail_of_highest(power, cells):
     return float(-np.expm1(cells * np.log1p(-min(np.exp(-power), 1 - 1e-16))))
 
 
+def tail_of_highest_in_plane(power, cells):
+    """Return a bound of the chance of so large a maximum of a field over a plane."""
+    # there are so many more maxima than independent cells
+    return float(min(1.0, cells * max(power, 1.0) * np.exp(-power)))
+
+
 def tail_of_largest(found, largest, least=0.0):
     """Return the chance of a largest score by draws of it, (n,), of `least` independent scores."""
     share = np.mean(largest >= found)

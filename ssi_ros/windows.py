@@ -86,7 +86,8 @@ def excess_around(powers, median, lines, least=1.0):
         Up to which it is 1: what chance makes of so few neighbours.
 
     """
-    from scipy.ndimage import median_filter      # here, for it takes a while
-
-    found = median_filter(powers, min(lines, len(powers))) / median
+    lines = min(lines, len(powers))
+    around = np.pad(powers, (lines // 2, lines - lines // 2 - 1), mode='symmetric')
+    windows = np.lib.stride_tricks.sliding_window_view(around, lines)
+    found = np.partition(windows, lines // 2, axis=-1)[:, lines // 2] / median
     return np.where(found > least, found, 1.0)

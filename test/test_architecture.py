@@ -8,8 +8,8 @@ ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / 'ssi_ros'
 # what every layer may import
 FREE = {'quantity', 'limits', 'array_file', 'arrays', 'fisher_scoring',
-        'hermitian', 'lazy', 'plain_yaml', 'structural_modification', 'tails', 'weighted_sums',
-        'whole_file', 'windows'}
+        'hermitian', 'lazy', 'plain_yaml', 'scipy_later', 'structural_modification', 'tails',
+        'weighted_sums', 'whole_file', 'windows'}
 MAY_IMPORT = {            # layer: the layers that it may import, besides itself and FREE
     'quantity': set(),
     'limits': set(),

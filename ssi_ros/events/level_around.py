@@ -1,6 +1,7 @@
 """Residuals over the level around them, so that events do not stand out by the level alone."""
 import numpy as np
-from scipy.ndimage import uniform_filter1d
+
+from ssi_ros.scipy_later import uniform_filter1d
 
 AROUND = 160            # samples over which the level before and after is taken
 

@@ -2,8 +2,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import uniform_filter1d
-from scipy.optimize import nnls
+
+from ssi_ros.scipy_later import nnls, uniform_filter1d
 
 PREDICTED = 60          # past samples of which one is predicted
 COMES_BACK = 12        # samples of the past whose errors are followed

@@ -90,3 +90,13 @@ def best_lines(power, shifts, first, last):
                 best = k
         tops[s], starts[s] = total[best], low + best
     return tops, starts
+
+
+def stds_of_ends(weights, duration_s):
+    """Return the deviations of the first and the last frequency of a chirp of d' = 1, [Hz]."""
+    # of a parabola through phases, known where the channels answer to an input, eq. (107a)
+    t = np.linspace(0, duration_s, len(weights))
+    curved = t ** 2 / (2 * duration_s)
+    phase = np.column_stack([np.ones_like(t), 2 * np.pi * (t - curved), 2 * np.pi * curved])
+    information = (phase * weights[:, None] ** 2).T @ phase / np.sum(weights ** 2)
+    return np.sqrt(np.diag(np.linalg.inv(information)))[1:]

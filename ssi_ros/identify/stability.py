@@ -9,9 +9,9 @@ happened to every other pole is kept with its reason. Section 5 of docs/theory-i
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from ssi_ros.identify.shapes import mac
+from ssi_ros.scipy_later import linear_sum_assignment
 
 FREQUENCY_STEP = 0.01    # largest relative change of frequency from order to order
 MAC_STEP = 0.5           # least MAC from order to order

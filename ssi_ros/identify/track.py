@@ -6,9 +6,9 @@ Section 8 of docs/theory-identification.md.
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from ssi_ros.identify.shapes import mac
+from ssi_ros.scipy_later import linear_sum_assignment
 
 PATIENCE = 30           # windows that a mode may miss before its identity ends
 GATE = 6.0              # largest change of frequency, in spreads of the difference

@@ -9,11 +9,11 @@ import inspect
 
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
-from scipy.sparse.linalg import cg, LinearOperator
 from scipy.special import ndtr, ndtri
 
 from ssi_ros.hermitian import applied
 from ssi_ros.integrity.missing import parts_between, segment_rows
+from ssi_ros.scipy_later import cg, LinearOperator
 
 # residual, relative, at which conjugate gradients stop; before SciPy 1.12 it is called tol
 NEAR = {name: 1e-4 for name in ('rtol', 'tol') if name in inspect.signature(cg).parameters}

@@ -2,7 +2,6 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.ndimage import uniform_filter1d
 
 from ssi_ros.gap.inference.goodness_of_fit import compare, divergence, floor_of_band
 from ssi_ros.gap.nominal.modal.fit import Averages, fit, LITTLE, residual_of, STEPS
@@ -13,6 +12,7 @@ from ssi_ros.gap.nominal.thresholds import LIMITS
 from ssi_ros.gap.spectra.band_averages import level_of, silent, Spectra
 from ssi_ros.hermitian import filtered
 from ssi_ros.levels.forces import force_spectra, turning
+from ssi_ros.scipy_later import uniform_filter1d
 from ssi_ros.tails import chi2
 
 POINTS = 33             # of a band, over which its modes are averaged

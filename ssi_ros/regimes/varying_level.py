@@ -6,8 +6,8 @@ noise, whose power in many lines hardly scatters. The distortion of a loose join
 rises and falls in all lines at once, so that many bands tell of it no more than one does.
 """
 import numpy as np
-from scipy.ndimage import median_filter, uniform_filter1d
 
+from ssi_ros.scipy_later import median_filter, uniform_filter1d
 from ssi_ros.tails import chi2, fisher
 
 WIDE = 15               # bands over which the levels of a period are averaged

@@ -10,13 +10,13 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import eigh
-from scipy.optimize import linear_sum_assignment
 
 from ssi_ros.effects.statistical_linearisation import linearise
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.model.errors import DAMPING, FREQUENCY, moved_matrices, places_of, stiffened
 from ssi_ros.model.modal_errors import basis_of, modes_at, turned
 from ssi_ros.model.structure import clamped_modes
+from ssi_ros.scipy_later import linear_sum_assignment
 
 ROUNDS = 15             # of Newton, at most
 DONE = 2e-6             # change of a relative error at which it ends

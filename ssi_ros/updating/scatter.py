@@ -7,8 +7,8 @@ modes, so errors of one kind share a variance (Paule and Mandel, J. Research NBS
 counts by its own where chance and that do not explain it.
 """
 import numpy as np
-from scipy.optimize import brentq
 
+from ssi_ros.scipy_later import brentq
 from ssi_ros.tails import chi2
 
 OWN = 0.01              # chance of a variance so large, below which an error has one of its own

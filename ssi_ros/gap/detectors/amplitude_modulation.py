@@ -3,11 +3,11 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from ssi_ros.effects.registry import deflection, detects
 from ssi_ros.gap.comparison import Detection
 from ssi_ros.gap.detectors.thresholds import LIMITS
+from ssi_ros.scipy_later import minimize_scalar
 from ssi_ros.tails import tail_of_highest
 
 MAGNITUDE = 4.5         # medians of the magnitude (3 sd) at which a sample is cut for the level
@@ -61,9 +61,11 @@ def strongest_modulation(reconstruction):
     few = int(FEW / step_hz * rate_hz / count)
     gains[low:few] = [_sine_fit(coarse, at, f)[0] / (2 * spread) for f in frequencies[low:few]]
     gains[:low], gains[frequencies > fastest_hz] = 0.0, 0.0
+    cells = 4 * fastest_hz * count / rate_hz
+    if tail_of_highest(gains.max(), cells) > LIMITS.p_value.value:
+        return None             # by chance they are at least 1
     gains /= _by_chance(coarse, at, spread, frequencies[np.argmax(gains)])(frequencies)
     best = int(np.argmax(gains))
-    cells = 4 * fastest_hz * count / rate_hz
     p_value = tail_of_highest(gains[best], cells)
     if p_value > LIMITS.p_value.value:
         return None

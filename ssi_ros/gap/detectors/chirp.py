@@ -1,16 +1,18 @@
 """A sine of the input whose frequency changes linearly: by segments, then coherently, (107)."""
 import numpy as np
 from scipy.fft import fft, next_fast_len
-from scipy.optimize import minimize
 
 from ssi_ros.arrays import phasors
 from ssi_ros.effects.registry import deflection, detects
-from ssi_ros.events.track import best_lines
+from ssi_ros.events.track import best_lines, stds_of_ends
 from ssi_ros.gap.comparison import Detection
 from ssi_ros.gap.detectors.thresholds import LIMITS
+from ssi_ros.scipy_later import minimize
+from ssi_ros.tails import tail_of_highest_in_plane
 
 SEGMENTS = 10           # of the record, each coherent in itself in the first search,
 SEGMENT_S = 66.0        # but no longer ones: that search would grow as the square of the record
+OFF_GRID = 1.5          # times the power on the grid, which a chirp near it has at most
 KEPT = 12               # rates and starts of the first search that are refined
 FINE = 2                # bins of a segment are so much closer than 1 / its length
 TOGETHER = 1 << 19      # values that are transformed at once
@@ -32,19 +34,17 @@ def detect_chirp(effect, reconstruction):
         t = np.arange(one.rows) / one.rate_hz
         return np.where(one.missing, 0.0, np.interp(start + rate * t, frequencies, gain))
 
-    best = (0.0, 0.0, 0.0)
-    for rate, start in _candidates(unit, one.rate_hz, frequencies[[0, -1]]):
-        best = max(best, _refined(unit, weight, rate, start, one.rate_hz, duration_s))
-    power, start, end = best
     trials = (frequencies[-1] * duration_s) ** 2
-    # maxima of a field over a plane: so many more than independent cells
-    p_value = float(min(1.0, trials * max(power, 1.0) * np.exp(-power)))
+    power, start, end = max((
+        _refined(unit, weight, *near, one.rate_hz, duration_s, trials)
+        for near in _candidates(unit, one.rate_hz, frequencies[[0, -1]])), default=(0.0, 0.0, 0.0))
+    p_value = tail_of_highest_in_plane(power, trials)
     if (p_value > LIMITS.p_value.value
             or abs(end - start) * duration_s < LIMITS.least_cycles.value):
         return None
     size = np.sqrt(2 * power)
     amplitude = _amplitude(one, unit, start, (end - start) / duration_s)
-    stds = _stds_of_ends(weight(start, (end - start) / duration_s)[one.inside], duration_s)
+    stds = stds_of_ends(weight(start, (end - start) / duration_s)[one.inside], duration_s)
     return Detection.of_effect(
         effect.within(start_hz=start, end_hz=end, torque_n_m=amplitude), p_value,
         f'The input has a chirp from {start:.4g} to {end:.4g} Hz ({size:.1f} standard '
@@ -102,16 +102,6 @@ def _segments(duration_s):
     return max(SEGMENTS, round(duration_s / SEGMENT_S))
 
 
-def _stds_of_ends(weights, duration_s):
-    """Return the deviations of the first and the last frequency of a chirp of d' = 1, [Hz]."""
-    # of a parabola through phases, known where the channels answer to an input, eq. (107a)
-    t = np.linspace(0, duration_s, len(weights))
-    curved = t ** 2 / (2 * duration_s)
-    phase = np.column_stack([np.ones_like(t), 2 * np.pi * (t - curved), 2 * np.pi * curved])
-    information = (phase * weights[:, None] ** 2).T @ phase / np.sum(weights ** 2)
-    return np.sqrt(np.diag(np.linalg.inv(information)))[1:]
-
-
 def _amplitude(one, unit, start, rate):
     """Return the amplitude of a chirp, with the responses of the modes that it has passed."""
     t = np.arange(one.rows) / one.rate_hz
@@ -126,7 +116,7 @@ def _amplitude(one, unit, start, rate):
     return float(np.sqrt(max(found @ found - 2 * noise ** 2, 0.0)))
 
 
-def _refined(unit, weight, rate, start, rate_hz, duration_s):
+def _refined(unit, weight, rate, start, rate_hz, duration_s, trials):
     """Return power, first and last frequency of the best coherent chirp near by."""
     t = np.arange(len(unit)) / rate_hz
     weights = weight(start, rate)
@@ -140,8 +130,7 @@ def _refined(unit, weight, rate, start, rate_hz, duration_s):
     t = (np.arange(rows) + 0.5) * block / rate_hz
     reach = 4 * _segments(duration_s) / FINE / duration_s     # of both ends, [Hz]
     size = 4 * next_fast_len(rows)
-    df = rate_hz / block / size
-    shifts = np.fft.fftfreq(size, 1 / size) * df
+    shifts = np.fft.fftfreq(size, block / rate_hz)
     best = (0.0, start, start + rate * duration_s)
     steps = np.arange(-reach, reach, 0.4 / duration_s) / duration_s
     near, slow_of = np.flatnonzero(np.abs(shifts) <= 2 * reach), slow.astype(np.complex64)
@@ -153,6 +142,10 @@ def _refined(unit, weight, rate, start, rate_hz, duration_s):
         if power[row, top] > best[0]:
             first = start + shifts[near[top]]
             best = (float(power[row, top]), first, first + (rate + some[row]) * duration_s)
+
+    # off the grid it is a few per cent more: by far not enough to make chance a chirp
+    if tail_of_highest_in_plane(OFF_GRID * best[0], trials) > LIMITS.p_value.value:
+        return best
 
     def negative_power(ends):
         first, last = best[1] + ends[0] / duration_s, best[2] + ends[1] / duration_s

@@ -7,12 +7,12 @@ identification, which takes the whole recording, shows it.
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from ssi_ros.effects import ModalPattern
 from ssi_ros.gap.nominal.modal.reference import FARTHEST, HOPS
 from ssi_ros.gap.nominal.thresholds import LIMITS
 from ssi_ros.identify.shapes import mac
+from ssi_ros.scipy_later import linear_sum_assignment
 from ssi_ros.tails import student
 
 SIZES = np.geomspace(1e-5, 0.3, 40)     # of logarithms of frequency ratios

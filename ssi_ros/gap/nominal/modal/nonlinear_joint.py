@@ -1,6 +1,5 @@
 """Weigh an amplitude-dependent joint against a plain change of the structure, eq. (157)."""
 import numpy as np
-from scipy.ndimage import uniform_filter1d
 
 from ssi_ros.effects import ModalPattern
 from ssi_ros.effects.registry import showing
@@ -10,6 +9,7 @@ from ssi_ros.gap.nominal.modal.amplitude_dependence import significance
 from ssi_ros.gap.nominal.modal.reference import modes_of, moves
 from ssi_ros.gap.nominal.thresholds import LIMITS
 from ssi_ros.hermitian import positive
+from ssi_ros.scipy_later import uniform_filter1d
 
 NEIGHBOURS = 15         # bands over which the distortion of a nonlinearity is smoothed
 WORDS = {

@@ -2,13 +2,13 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from ssi_ros.gap.nominal.periodic.stationarity import steadiness
 from ssi_ros.gap.spectra.band_averages import Cut
 from ssi_ros.identify import Identification, identify
 from ssi_ros.identify.shapes import mac
 from ssi_ros.records import Samples
+from ssi_ros.scipy_later import linear_sum_assignment
 
 HOPS = 24               # blocks of the recording, whose scatter gives the spreads of its modes
 LEAST_DAMPING = 5e-4    # below it a pole is a line

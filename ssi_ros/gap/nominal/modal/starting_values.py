@@ -8,7 +8,6 @@ of sizes is tried.
 from dataclasses import replace
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from ssi_ros.effects import ModalPattern
 from ssi_ros.effects.registry import modal_forms
@@ -17,6 +16,7 @@ from ssi_ros.gap.nominal.forms import excitation, structure
 from ssi_ros.gap.nominal.forms.sensor import mode_picks
 from ssi_ros.gap.nominal.modal.fit import predict
 from ssi_ros.gap.nominal.modal.reference import moves
+from ssi_ros.scipy_later import minimize_scalar
 
 SITES = (excitation, structure)     # whose modules enter their forms in the registry
 EACH = 2                # places of one effect that are fitted

@@ -1,6 +1,7 @@
 """Effective number of spectra of a signal that repeats itself and slowly varies, (178)."""
 import numpy as np
-from scipy.ndimage import uniform_filter1d
+
+from ssi_ros.scipy_later import uniform_filter1d
 
 SMOOTH = 15             # bands over which the coherence of periods is averaged
 LEAST = 1e-3            # coherence of periods that is none

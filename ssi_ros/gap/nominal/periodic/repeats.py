@@ -8,10 +8,10 @@ the clock of the recorder; what differs between periods came from elsewhere.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import uniform_filter1d
 
 from ssi_ros.gap.nominal.periodic.period import autocorrelation, LEAST_PERIODS
 from ssi_ros.gap.nominal.thresholds import LIMITS
+from ssi_ros.scipy_later import uniform_filter1d
 
 ENOUGH_PERIODS = 3      # below it what differs between them has no spectrum of its own
 CLOCKS = 0.05           # share by which the periods of two recordings of one signal may differ

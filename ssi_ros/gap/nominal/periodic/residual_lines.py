@@ -5,11 +5,11 @@ Between the lines of a periodic excitation is only noise, so a line or a sweep o
 stands out there however weak it is beside the excitation, eq. (173) and (174).
 """
 import numpy as np
-from scipy.ndimage import maximum_filter1d
 
 from ssi_ros.events.lines import AROUND, flanks, OWN_BINS
 from ssi_ros.events.track import cells, HALF_LAPPED, straight
 from ssi_ros.gap.nominal.thresholds import LIMITS
+from ssi_ros.scipy_later import maximum_filter1d
 from ssi_ros.tails import fisher, gamma
 
 TREND_PERIODS = 6       # that have a residual beside a mean and a trend

@@ -1,9 +1,9 @@
 """How stationary a reference is: the weight of each of its bands, eq. (143)."""
 import numpy as np
-from scipy.ndimage import uniform_filter1d
 
 from ssi_ros.gap.inference.goodness_of_fit import divergence, floor_of_band
 from ssi_ros.gap.nominal.thresholds import LIMITS
+from ssi_ros.scipy_later import uniform_filter1d
 
 SMOOTH = 15             # bands over which the variation of power is averaged
 WIDE, USUAL_APART = 61, 1.05    # the same for the way between the halves of a recording

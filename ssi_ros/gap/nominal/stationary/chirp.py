@@ -8,7 +8,6 @@ whatever stays at its frequency, as modes and lines do, is in the usual power of
 from functools import partial
 
 import numpy as np
-from scipy.ndimage import maximum_filter1d
 
 from ssi_ros.effects.registry import detects
 from ssi_ros.events.track import cells, HALF_LAPPED, straight
@@ -16,6 +15,7 @@ from ssi_ros.gap.comparison import Detection
 from ssi_ros.gap.nominal.forms.candidate import Form
 from ssi_ros.gap.nominal.stationary.samples import EXACT
 from ssi_ros.gap.nominal.thresholds import LIMITS
+from ssi_ros.scipy_later import maximum_filter1d
 from ssi_ros.tails import gamma, student
 
 LONGER = (1, 2, 4)      # times the shortest segments: slower sweeps stay longer in a bin

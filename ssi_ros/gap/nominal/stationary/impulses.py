@@ -8,7 +8,6 @@ in the other half, which is independent of it.
 from functools import partial
 
 import numpy as np
-from scipy.ndimage import maximum_filter1d, uniform_filter1d
 
 from ssi_ros.effects import ModalPattern
 from ssi_ros.effects.registry import detects
@@ -21,6 +20,7 @@ from ssi_ros.gap.nominal.stationary.level import WINDOWS
 from ssi_ros.gap.nominal.stationary.samples import EXACT
 from ssi_ros.gap.nominal.thresholds import LIMITS
 from ssi_ros.hermitian import matrix_power, positive
+from ssi_ros.scipy_later import maximum_filter1d, uniform_filter1d
 from ssi_ros.tails import student
 
 SHAPE = 96              # samples of a pulse, at most

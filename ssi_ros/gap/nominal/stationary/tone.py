@@ -5,8 +5,6 @@ Momentum in a wheel turns a free axis into a slow nutation without damping, whos
 phase vary with the forces on it. A sine has no skirts; such a mode has.
 """
 import numpy as np
-from scipy.ndimage import maximum_filter1d, uniform_filter1d
-from scipy.optimize import minimize_scalar
 
 from ssi_ros.effects import ModalPattern
 from ssi_ros.effects.registry import detects, showing
@@ -15,6 +13,7 @@ from ssi_ros.gap.comparison import Detection
 from ssi_ros.gap.nominal.forms.candidate import Form, Number
 from ssi_ros.gap.nominal.stationary.samples import EXACT
 from ssi_ros.gap.nominal.thresholds import LIMITS
+from ssi_ros.scipy_later import maximum_filter1d, minimize_scalar, uniform_filter1d
 from ssi_ros.tails import fisher, gamma
 
 PEAK, FEW = 16.0, 12    # fewer bins than FEW within PEAK of the largest: no smooth level
