@@ -1,8 +1,8 @@
 """How far a bin of a whole record stands out of its neighbours: a line or a narrow mode."""
 import numpy as np
-from scipy.ndimage import maximum_filter1d
 
 from ssi_ros.gap.inference.goodness_of_fit import Z90
+from ssi_ros.scipy_later import maximum_filter1d
 from ssi_ros.tails import fisher
 
 AROUND = 10             # bins around a line in which the reference is compared

@@ -1,6 +1,5 @@
 """Whether a channel of two recordings follows another curve, of which no linear effect is."""
 import numpy as np
-from scipy.ndimage import uniform_filter1d
 
 from ssi_ros.effects import effect_class, ModalPattern
 from ssi_ros.effects.base import Site
@@ -9,6 +8,7 @@ from ssi_ros.events.prediction_error import AROUND, WINDOWS
 from ssi_ros.gap.comparison import Detection
 from ssi_ros.open_set.curve_beside import curve_beside, Motion
 from ssi_ros.regimes.regime import Regime
+from ssi_ros.scipy_later import uniform_filter1d
 
 
 def is_linear(names):
