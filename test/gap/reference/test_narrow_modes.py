@@ -11,8 +11,8 @@ MODES = (1.65, 0.002), (3.9, 0.012), (5.2, 0.003), (8.1, 0.005)
 SHAPES = np.array([[1.0, 0.8, 0.6], [0.7, -0.9, 0.3], [0.4, 0.5, -1.0], [0.3, -0.6, 0.8]])
 
 
-def motion(seed, levels=(1.0,) * 4, tone=np.zeros(3)):
-    """Return accelerations of four modes under forces of such levels, and a sine in channels."""
+def motion(seed, levels=(1.0,) * 4, tone=0.0):
+    """Return accelerations of four modes under white forces of such levels, and a sine."""
     rng, rows = np.random.default_rng(seed), int(SECONDS * RATE_HZ)
     modal = []
     for (f, xi), level in zip(MODES, levels):
@@ -22,7 +22,7 @@ def motion(seed, levels=(1.0,) * 4, tone=np.zeros(3)):
     values = np.array(modal).T @ SHAPES
     values += 0.01 * values.std() * rng.standard_normal(values.shape)
     sine = np.sin(2 * np.pi * 2.8 * np.arange(rows) / RATE_HZ)
-    return Samples(values + values.std() * np.outer(sine, tone), RATE_HZ, ('a', 'b', 'c'))
+    return Samples(values + tone * values.std() * sine[:, None], RATE_HZ, ('a', 'b', 'c'))
 
 
 @pytest.mark.parametrize('seed', range(10, 16))
@@ -32,9 +32,8 @@ def test_a_narrow_mode_at_another_level_is_no_line(seed):
     assert line(prepare(motion(1), record, ('harmonic_disturbance',))) is None
 
 
-@pytest.mark.parametrize('tone', [(0.05, 0.05, 0.05), (0.0, 0.0, 0.02)])
-def test_a_sine_beside_a_narrow_mode_is_a_line(tone):
-    """A twentieth of the motion in all channels at 2.8 Hz, or a fiftieth in one of them."""
-    record = motion(10, (1.8, 0.8, 0.8, 0.8), tone)
+def test_a_sine_beside_a_narrow_mode_is_a_line():
+    """A twentieth of the motion, at 2.8 Hz."""
+    record = motion(10, (1.8, 0.8, 0.8, 0.8), tone=0.05)
     assert line(prepare(motion(1), record, ('harmonic_disturbance',)))[1] == pytest.approx(
         2.8, abs=1 / SECONDS)

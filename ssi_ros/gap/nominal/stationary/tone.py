@@ -8,7 +8,7 @@ import numpy as np
 
 from ssi_ros.effects import ModalPattern
 from ssi_ros.effects.registry import detects, showing
-from ssi_ros.events.lines import AROUND, flanks, of_one_channel, OWN_BINS, resonances
+from ssi_ros.events.lines import AROUND, flanks, OWN_BINS, resonances
 from ssi_ros.gap.comparison import Detection
 from ssi_ros.gap.nominal.forms.candidate import Form, Number
 from ssi_ros.gap.nominal.stationary.samples import EXACT
@@ -17,7 +17,6 @@ from ssi_ros.scipy_later import maximum_filter1d, minimize_scalar, uniform_filte
 from ssi_ros.tails import fisher, gamma
 
 PEAK, FEW = 16.0, 12    # fewer bins than FEW within PEAK of the largest: no smooth level
-CERTAIN = 1e-5          # chance of such a line, after all bins and channels
 OWN_SKIRT = 2           # bins of a line itself that are no skirts, on each side
 SKIRT = 12              # bins in which its skirts are searched
 
@@ -81,7 +80,7 @@ def line(recordings):
     # the channels may move as one
     width = two.shape[1]
     # a line stands alone, a narrow mode has flanks, which are lower where few bins hold all of it
-    flat = power / resonances(np.fft.rfftfreq(len(two), 1 / cut.rate_hz), recordings, AROUND)
+    flat = power / resonances(np.fft.rfftfreq(len(two), 1 / cut.rate_hz), recordings)
     alone = (flat / flanks(flat, np.ones((len(flat), 1))))[usable].mean(axis=1)
     chance = np.maximum(gamma.sf(excess * width, width),
                         fisher.sf(alone, 2, 4 * (AROUND - OWN_BINS)))
@@ -94,9 +93,6 @@ def line(recordings):
     share = power_here * 1.5 * cut.rate_hz / len(two) / two.var(axis=0)
     faint = share.max(axis=1) < LIMITS.negligible_noise.value ** 2
     chance *= len(excess)
-    # of one channel alone, or of none
-    single = of_one_channel(recordings, power, fine)[usable]
-    chance = np.where(single < CERTAIN, np.minimum(chance, single), chance)
     loud = np.where(faint, 1.0, chance)
     best = int(np.argmin(loud if loud.min() < LIMITS.detected.value else chance))
     if not chance[best] < LIMITS.detected.value:
