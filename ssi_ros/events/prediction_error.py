@@ -42,8 +42,7 @@ class Predictor:
         power = (residual ** 2).sum(axis=1)
         # a level that varies is in both; jitter follows the slew rate from moment to moment. Few
         # loud events, which ring, shall not make a level either
-        around = max(AROUND, len(residual) // WINDOWS)
-        steady, beats = (v / uniform_filter1d(v, around) for v in (power, slew))
+        steady, beats = (v / slow(v) for v in (power, slew))
         usual, jitter = nnls(np.column_stack([np.ones(len(residual)), beats]),
                              np.minimum(steady, LOUD))[0]
         share = min(jitter / (usual + jitter), MOST_SHARE)
@@ -58,6 +57,11 @@ class Predictor:
         turns = np.exp(-2j * np.pi * np.outer(cycles, np.arange(1, len(self.weights) + 1)))
         past = np.tensordot(turns, self.weights.swapaxes(1, 2), 1)
         return self.scale[:, None] * np.linalg.inv(self.lower @ (np.eye(len(self.lower)) - past))
+
+
+def slow(power):
+    """Return the power (n,) over rows in which a level is steady, (n,)."""
+    return uniform_filter1d(power, max(AROUND, len(power) // WINDOWS))
 
 
 def predictor(values):

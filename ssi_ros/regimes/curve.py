@@ -4,11 +4,10 @@ import numpy as np
 from ssi_ros.effects import effect_class, ModalPattern
 from ssi_ros.effects.base import Site
 from ssi_ros.effects.registry import modal_forms
-from ssi_ros.events.prediction_error import AROUND, WINDOWS
+from ssi_ros.events.prediction_error import slow
 from ssi_ros.gap.comparison import Detection
 from ssi_ros.open_set.curve_beside import curve_beside, Motion
 from ssi_ros.regimes.regime import Regime
-from ssi_ros.scipy_later import uniform_filter1d
 
 
 def is_linear(names):
@@ -33,5 +32,4 @@ def curve_of(recordings):
 def _level(errors, rows):
     """Return the slow level of inputs at every row, (n,): the rms of what comes new, over its."""
     power = np.mean(errors ** 2, axis=1)
-    slow = uniform_filter1d(power, max(AROUND, len(power) // WINDOWS)) / power.mean()
-    return np.sqrt(np.pad(slow, (rows - len(slow), 0), mode='edge'))
+    return np.sqrt(np.pad(slow(power) / power.mean(), (rows - len(power), 0), mode='edge'))

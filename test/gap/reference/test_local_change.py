@@ -12,12 +12,16 @@ SPRINGS = np.array([60.0, 45.0, 50.0, 40.0, 52.0, 45.0])    # [kN/m], the first 
 CHANNELS, FORCES = [0, 2, 3, 5], [1, 3, 4]
 
 
+def stiffness_of(springs):
+    """Return the stiffness matrix of the chain [N/m]."""
+    return 1e3 * (np.diag(springs + np.append(springs[1:], 0.0))
+                  - np.diag(springs[1:], 1) - np.diag(springs[1:], -1))
+
+
 def chain(seed, springs=SPRINGS, masses=MASSES, seconds=400.0):
     """Return accelerations of four of six masses under three white forces, 45 dB over noise."""
     rng, rows = np.random.default_rng(seed), int(seconds * RATE_HZ)
-    stiffness = np.diag(springs + np.append(springs[1:], 0.0)) * 1e3
-    stiffness -= 1e3 * (np.diag(springs[1:], 1) + np.diag(springs[1:], -1))
-    sizes, shapes = eigh(stiffness, np.diag(masses))
+    sizes, shapes = eigh(stiffness_of(springs), np.diag(masses))
     forces = shapes[FORCES].T @ rng.standard_normal((len(FORCES), rows + 2000))
     modal = []
     for w, force in zip(np.sqrt(sizes), forces):
@@ -46,8 +50,7 @@ def test_one_spring_or_mass_is_named_before_a_sensor_that_moved(changed, near):
 def with_damper(seed, coefficient=0.0, at=5, seconds=400.0):
     """Return accelerations of the chain, damped by 1 %, with a damper [N s/m] to the ground."""
     rng, rows = np.random.default_rng(seed), int(seconds * RATE_HZ)
-    stiffness = np.diag(SPRINGS + np.append(SPRINGS[1:], 0.0)) * 1e3
-    stiffness -= 1e3 * (np.diag(SPRINGS[1:], 1) + np.diag(SPRINGS[1:], -1))
+    stiffness = stiffness_of(SPRINGS)
     sizes, shapes = eigh(stiffness, np.diag(MASSES))
     modal = MASSES[:, None] * shapes
     damping = modal @ np.diag(0.02 * np.sqrt(sizes)) @ modal.T
