@@ -13,10 +13,8 @@ from scipy.special import ndtr, ndtri
 
 from ssi_ros.hermitian import applied
 from ssi_ros.integrity.missing import parts_between, segment_rows
-from ssi_ros.scipy_later import cg, LinearOperator
 
-# residual, relative, at which conjugate gradients stop; before SciPy 1.12 it is called tol
-NEAR = {name: 1e-4 for name in ('rtol', 'tol') if name in inspect.signature(cg).parameters}
+NEAR = 1e-4             # residual, relative, at which conjugate gradients stop
 STEPS = 500             # of them, at most
 ALONE = 1e-4            # of the precision, or less, between samples that are drawn apart
 FORGOTTEN = 1e-3        # of the covariance, at which the ends of a record are none
@@ -152,6 +150,10 @@ def _apart(gone, begin, reach, memory):
 
 def _conditional_mean(precision, covariance, gone, pull):
     """Return the solution of K_mm x = -pull by conjugate gradients, zero where nothing is gone."""
+    from scipy.sparse.linalg import cg, LinearOperator      # here, for it takes a while
+
+    # before SciPy 1.12 it is called tol
+    near = {name: NEAR for name in ('rtol', 'tol') if name in inspect.signature(cg).parameters}
     count, lost = len(gone), np.nonzero(gone)
     period = min(next_fast_len(2 * count, real=True), len(precision))
     lags = np.r_[0:period - period // 2, -(period // 2):0]
@@ -165,7 +167,7 @@ def _conditional_mean(precision, covariance, gone, pull):
             return _filtered(matrices, rfft(wide, axis=0), period)[lost]
         return LinearOperator((len(lost[0]),) * 2, filtered)
     # the covariance of what is missing is nearly the inverse of its precision, but at the edges
-    mean, _ = cg(of(precision), -pull[lost], M=of(covariance), atol=0.0, maxiter=STEPS, **NEAR)
+    mean, _ = cg(of(precision), -pull[lost], M=of(covariance), atol=0.0, maxiter=STEPS, **near)
     out = np.zeros(pull.shape)
     out[lost] = mean
     return out
