@@ -45,13 +45,13 @@ def faults_of_samples(samples):
 def _repeated_rows(values):
     """Return how many rows all channels repeat at once, 0 where rounding may do that."""
     equal = values[1:] == values[:-1]
-    both = equal.all(axis=1)
+    rows = np.count_nonzero(equal.all(axis=1))
+    if rows < FEW_ROWS:
+        return 0
     # at a turning point of the motion rounded channels repeat themselves together
     fine = [c for c in values.T if not step_of(c) and _few(c[np.isfinite(c)]) == FEW_VALUES]
-    if len(fine) < 2 or np.count_nonzero(both) < FEW_ROWS:
-        return 0
-    own = np.sort(np.count_nonzero(equal, axis=0))[:2] - np.count_nonzero(both)
-    return np.count_nonzero(both) if own.max() < np.count_nonzero(both) else 0
+    own = np.sort(np.count_nonzero(equal, axis=0))[:2] - rows
+    return rows if len(fine) > 1 and own.max() < rows else 0
 
 
 def _few(values):
