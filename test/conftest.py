@@ -18,7 +18,8 @@ WORKER = int(os.environ.get('PYTEST_XDIST_WORKER', 'gw0')[2:])
 WORKERS = int(os.environ.get('PYTEST_XDIST_WORKER_COUNT', '1'))
 # one process draws the first domain, so that workers side by side never share one
 FIRST_DOMAIN = int(os.environ.setdefault('ROS_DOMAIN_ID', str(1 + os.getppid() % 100)))
-TESTS = count(WORKER, WORKERS)
+DOMAINS = 100 // WORKERS        # of each worker
+TESTS = count()
 
 
 def by_the_clock(path):
@@ -45,7 +46,8 @@ def pytest_collection_modifyitems(items):
 def own_domain(request):
     """Nodes that the test before has killed stay in the graph of their domain for 20 s."""
     if request.node.get_closest_marker('by_the_clock'):
-        os.environ['ROS_DOMAIN_ID'] = str(1 + (FIRST_DOMAIN + next(TESTS)) % 100)
+        own = WORKER * DOMAINS + next(TESTS) % DOMAINS      # that no other worker ever draws
+        os.environ['ROS_DOMAIN_ID'] = str(1 + (FIRST_DOMAIN + own) % 100)
 
 
 @pytest.fixture

@@ -8,7 +8,6 @@ system, again and again until both agree. The residual torque becomes a noise.
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
-from numba import njit
 import numpy as np
 from scipy.fft import irfft, rfft
 
@@ -188,11 +187,14 @@ class _Hinge:
 
     def motion(self, sampled, covariance, system, finer):
         """Return the lines of the angle that the modes give, and their frequencies [rad/s]."""
+        from ssi_ros.effects.power_of_poles import power_of_poles
+
         turns = dict(zip(system.dofs, self.modes))
         row = np.array([turns.get(name, 0.0) for name in system.plant.states])
         variance = sampled.state_covariance(covariance)
         weights = (row @ sampled.vectors) * (sampled.inverse @ variance @ row) * sampled.weight
-        power = _power(sampled.poles, sampled.poles * weights, row @ variance @ row, *_circle())
+        power = power_of_poles(sampled.poles, sampled.poles * weights, row @ variance @ row,
+                               *_circle())
         power[0] = 0.0
         lines = np.sqrt(power) * _phases()
         # the variance of the series that the lines give, by Parseval
@@ -219,21 +221,3 @@ def _circle():
     # so that every peak is as wide as the lines are apart
     turn = 2 * np.pi * np.arange(LENGTH // 2) / LENGTH
     return np.exp(np.pi / LENGTH) * np.cos(turn), np.exp(np.pi / LENGTH) * np.sin(turn)
-
-
-@njit(cache=True, fastmath=True, error_model='numpy')
-def _power(poles, weights, variance, cosine, sine):
-    """Return the spectrum (n,) of R(m) = Re sum_s weight_s pole_s^(m - 1), R(0) = variance."""
-    power = np.full(len(cosine), variance)
-    for pole, weight in zip(poles, weights):
-        twice, square = 2 * pole.real, pole.real ** 2 + pole.imag ** 2
-        own, both = weight.real, weight.real * pole.real + weight.imag * pole.imag
-        # line after line, so that the loop runs on vectors
-        for k in range(len(power)):
-            # weight / (x + jy - pole) and that of the conjugates, over one denominator
-            x, y = cosine[k], sine[k]
-            below = x * x - y * y - twice * x + square
-            beside = (2 * x - twice) * y
-            power[k] += 2 * ((own * x - both) * below + own * y * beside) / (
-                below * below + beside * beside)
-    return np.maximum(power, 0.0)

@@ -3,22 +3,18 @@ Friction and play between two points of a structure that somebody else has model
 
 The linear part is propagated exactly on an internal step over which the force of a joint is held.
 That force is found implicitly at the middle of the step, so that its stiffness does not limit the
-step. Compiled by numba on first use and cached.
+step.
 """
 from dataclasses import dataclass
 
-from numba import njit
 import numpy as np
 
 from ssi_ros.model.excitation import begin_all, generator
-from ssi_ros.model.nonlinear import real_dot
 from ssi_ros.model.simulator import check_rate, stationary_start
 from ssi_ros.records import Samples
 
 KINDS = ('freeplay', 'friction')
 MOST_GAIN = 0.5         # of a spring with play over a step: below, its equation has one root
-SUBSTEPS = 10
-SWEEPS = 4              # joints feel each other within a step
 
 
 @dataclass(frozen=True)
@@ -55,7 +51,9 @@ class JointLaw:
 
     def torques(self, distance, give):
         """Return the force along a motion (n,); `give` is 0, as the system has all of it."""
-        return _follow(KINDS.index(self.kind), self.size, self.stiffness,
+        from ssi_ros.model.joint_steps import follow
+
+        return follow(KINDS.index(self.kind), self.size, self.stiffness,
                        np.ascontiguousarray(distance, dtype=float))
 
 
@@ -82,6 +80,8 @@ def simulate_joints(system, duration_s, seed, laws, *, at_rest=False, start_ns=0
         If nothing holds a point, or a spring with play is too stiff for the internal step.
 
     """
+    from ssi_ros.model.joint_steps import march, SUBSTEPS
+
     rate_hz, parts, act = system.rate_hz, system.excitation, _columns(system, laws)
     check_rate(system, rate_hz)
     count = round(duration_s * rate_hz)
@@ -100,7 +100,7 @@ def simulate_joints(system, duration_s, seed, laws, *, at_rest=False, start_ns=0
             raise ValueError(f'the spring between {law.hinge} is too stiff for play at '
                              f'rate_hz={rate_hz:g} (gain {one:.2g} over {MOST_GAIN:g}); raise '
                              'rate_hz')
-    states, extra = _march(z, sampled.poles, forces @ sampled.b.T, kick,
+    states, extra = march(z, sampled.poles, forces @ sampled.b.T, kick,
                            np.ascontiguousarray(distance), kinds,
                            np.array([law.size for law in laws], dtype=float), stiffness)
     values = ((states @ (sampled.c * sampled.weight).T).real + forces @ sampled.d.T
@@ -131,66 +131,3 @@ def _columns(system, laws):
     if len({law.hinge for law in laws}) < len(laws):
         raise ValueError('friction or play is given twice between the same points; give it once')
     return [system.inputs.index(law.hinge) for law in laws]
-
-
-@njit(cache=True)
-def _follow(kind, size, stiffness, distance):
-    force = np.empty(len(distance))
-    held, before = 0.0, distance[0]
-    for i in range(len(distance)):
-        if kind == 0:
-            force[i] = stiffness * min(max(distance[i], -size), size)
-        else:
-            held = min(max(held + stiffness * (distance[i] - before), -size), size)
-            force[i], before = -held, distance[i]
-    return force
-
-
-@njit(cache=True, fastmath=True)
-def _march(z, poles, drive, kick, distance, kinds, sizes, stiffness):
-    """Step through the record; return the states and the forces of the joints at the samples."""
-    count, n = drive.shape
-    joints = len(kinds)
-    states = np.empty((count, n), np.complex128)
-    extra = np.zeros((count, joints))
-    reach = np.zeros((joints, joints))
-    for i in range(joints):
-        for j in range(joints):
-            reach[i, j] = real_dot(distance[i], kick[j])
-    force, held, old = np.zeros(joints), np.zeros(joints), np.zeros(joints)
-    z, ahead = z.copy(), z.copy()
-    for i in range(joints):
-        old[i] = real_dot(distance[i], z)
-    middle, before, free = old.copy(), old.copy(), old.copy()
-    for k in range(count):
-        states[k] = z
-        # a joint has not moved yet when a load jumps at a sample: its force is still the old one
-        extra[k] = force
-        for _ in range(SUBSTEPS):
-            for s in range(n):
-                ahead[s] = poles[s] * z[s] + drive[k, s]
-            for i in range(joints):
-                free[i] = real_dot(distance[i], ahead)
-            for _ in range(SWEEPS if joints > 1 else 1):
-                for i in range(joints):
-                    there = free[i]
-                    for j in range(joints):
-                        if j != i:
-                            there += reach[i, j] * force[j]
-                    there, give = (old[i] + there) / 2, reach[i, i] / 2
-                    if kinds[i] == 0:
-                        inside = there / (1.0 - stiffness[i] * give)
-                        force[i] = stiffness[i] * min(max(inside, -sizes[i]), sizes[i])
-                    else:
-                        tried = ((held[i] + stiffness[i] * (there - before[i]))
-                                 / (1.0 + stiffness[i] * give))
-                        force[i] = -min(max(tried, -sizes[i]), sizes[i])
-                    middle[i] = there + give * force[i]
-            for i in range(joints):
-                held[i], before[i] = -force[i], middle[i]
-                for s in range(n):
-                    ahead[s] += kick[i, s] * force[i]
-            z, ahead = ahead, z
-            for i in range(joints):
-                old[i] = real_dot(distance[i], z)
-    return states, extra
