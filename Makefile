@@ -15,10 +15,12 @@ $(VENV)/.ready: requirements.lock setup.py setup.cfg
 	@$(PYTHON) -c 'import sys; v = sys.version_info; sys.exit(0 if (3, 10) <= v < (3, 14) else \
 	  f"Python {v.major}.{v.minor} given; the ROS 2 wheels need 3.10 to 3.13: make PYTHON=python3.12")'
 	@$(PYTHON) -m venv $(VENV)
+	@# The pip that comes with Python 3.11 takes half as long again.
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check pip==26.3 || true
 	@# The lock is whole. With --no-deps pip installs just that; without, an older pip may look past it for a newer release.
 	@# pip compiles file after file; compileall does it on all cores, without what is hardly ever imported.
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-compile --require-hashes -r requirements.lock
-	@$(BIN)/python -m compileall -q -j 0 -x '/(tests?|sklearn|pip|setuptools|pygments|fontTools)/' $(VENV)/lib >/dev/null || true
+	@$(BIN)/python -m compileall -q -j 0 -x '/(tests?|sklearn|plotly|pip|setuptools|pygments|fontTools)/' $(VENV)/lib >/dev/null || true
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --use-pep517 -e .
 	@touch $@ && echo "== ready"
 

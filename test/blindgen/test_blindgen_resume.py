@@ -97,6 +97,7 @@ def test_a_lost_campaign_is_made_again_from_the_repository(evening, tmp_path):
     assert resumed(base, folder) == 2            # over a campaign that is there: refused
 
 
+@pytest.mark.slow
 def test_it_goes_on_with_the_cases_that_were_not_run(evening, tmp_path):
     """
     The next evening runs the two that are left, made anew with the committed hash, and no other.
@@ -130,6 +131,7 @@ def test_it_goes_on_with_the_cases_that_were_not_run(evening, tmp_path):
     assert len(found) == 2 and name in found[0] and 'does not follow' in found[1]
 
 
+@pytest.mark.slow
 def test_an_archived_answer_is_not_replaced(evening, tmp_path):
     """Another answer to an archived case is refused, and nothing is committed."""
     base, *_ = evening
@@ -158,6 +160,7 @@ def test_a_second_try_is_on_record(evening, tmp_path):
     assert crashed in archived(repository, PATH)[0]['answers']
 
 
+@pytest.mark.slow
 def test_nobody_reads_the_labels_without_the_nonce(evening, tmp_path, capsys):
     """The veiled file holds no name of an effect; another nonce is refused."""
     base, _, before, _ = evening
@@ -169,6 +172,7 @@ def test_nobody_reads_the_labels_without_the_nonce(evening, tmp_path, capsys):
     assert 'nonce is not that of the commitment' in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_case_made_otherwise_is_refused(evening, tmp_path):
     """A generator or a library that makes other samples does not go on unnoticed."""
     base, *_ = evening

@@ -32,7 +32,8 @@ def spacecraft():
 @pytest.mark.parametrize('text', [
     '', 'excitation_colour:corner_hz=8', 'harmonic_disturbance:frequency_hz=12.013,torque_n_m=1',
     'wheel_speed_sweep:start_hz=5,end_hz=15,torque_n_m=0.3',
-    'impulsive_events:rate_per_min=60,impulse_n_m_s=0.01', 'stiffness_drift:change=0.04',
+    'impulsive_events:rate_per_min=60,impulse_n_m_s=0.01',
+    pytest.param('stiffness_drift:change=0.04', marks=pytest.mark.slow),
     'sensor_bandwidth:channel=e1_a,corner_hz=30', 'channel_delay:channel=e1_a,delay_s=0.003',
     'timestamp_jitter:rms_s=0.001', 'sensor_crosstalk:gain=0.2', 'clock_rate:ppm=5000',
     'sensor_drift:channel=e2_b,rms_m_s2=0.003,time_constant_s=3', 'sensor_noise:scale=3',

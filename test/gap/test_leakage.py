@@ -35,6 +35,7 @@ def test_it_is_known_where_that_is_so(noise, inputs, leaky):
     assert leaks(comparison.simulator, comparison.null.state) == leaky
 
 
+@pytest.mark.slow
 def test_scores_scatter_as_is_said():
     """Of records of the model itself, standardised: they are wider by a half without it."""
     z = []

@@ -155,8 +155,8 @@ def test_a_gap_of_any_length_is_drawn_with_the_spectrum(spacecraft):
         assert whole[6000:8000].std() == pytest.approx(samples.values.std(), rel=0.5)
 
 
-@pytest.mark.parametrize('gaps, channels', [(GAPS, slice(None)),
-                                            (((120.0, 240.0),), [2])])
+@pytest.mark.parametrize('gaps, channels', [
+    pytest.param(GAPS, slice(None), marks=pytest.mark.slow), (((120.0, 240.0),), [2])])
 def test_a_clean_record_with_gaps_is_clean(spacecraft, gaps, channels):
     """And the answer says what is missing and what was done about it."""
     samples = without(record(spacecraft), *gaps, channels=channels)

@@ -42,10 +42,9 @@ def fitted(comparison, candidate):
         return comparison.fit(first.candidate, first)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('text', [
-    pytest.param('damping_scale:scale=0.5', marks=pytest.mark.slow),
-    pytest.param('stiffness_scale:scale=0.97', marks=pytest.mark.slow),
-    'excitation_colour:corner_hz=8'])
+    'damping_scale:scale=0.5', 'stiffness_scale:scale=0.97', 'excitation_colour:corner_hz=8'])
 def test_a_large_effect_stands_where_errors_are_linear(text):
     """No step of the errors is left that bends the spectrum; directions are those beside it."""
     comparison, truth = compared(text, 3, forces=1.0)

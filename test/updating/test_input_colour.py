@@ -37,6 +37,7 @@ def test_a_corner_that_the_model_does_not_state_is_found(calibrated):
     assert any('forces on the modes have passed a low-pass' in n for n in calibrated.notes)
 
 
+@pytest.mark.slow
 def test_errors_beside_a_colour_are_as_sure_as_they_say(calibrated):
     """A colour that is taken for errors of the structure turns them by many deviations."""
     truth = np.array(craft.twin().calibration.values)

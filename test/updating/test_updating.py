@@ -130,6 +130,7 @@ def test_forces_on_single_modes_are_no_gap_and_no_error():
     assert found.explains and np.sqrt(np.mean(np.square(away / std)[shapes])) < 1.5
 
 
+@pytest.mark.slow
 def test_a_gain_is_found_with_a_calibrated_model():
     """At another level, with its size."""
     found = diagnose(calibrated().spacecraft, record(12, GAIN, torque=0.5, process=2.0))

@@ -44,6 +44,7 @@ def test_curves_are_seen(compared, curve, text):
     assert 'Channel b' in found.text and text in found.text
 
 
+@pytest.mark.slow
 def test_what_is_linear_has_no_curve(compared):
     """Healthy records, a gain, and forces of a level that varies: p-values as by chance."""
     records = [chain(s) for s in range(2, 8)]
