@@ -10,7 +10,7 @@ from ssi_ros.effects.places import GROUND
 from ssi_ros.model.excitation import total_covariance
 from ssi_ros.model.joints import distance_rows, JointLaw
 from ssi_ros.model.linear_model import assemble_model
-from ssi_ros.model.system import RIGID
+from ssi_ros.model.system import is_held, RIGID, undamped_modes
 from ssi_ros.quantity import unknown
 
 
@@ -52,9 +52,9 @@ def stiffness_between(system, row):
 
     Where nothing holds them, m w^2 of their mass and the lowest natural frequency.
     """
-    squares, shapes = eigh(system.stiffness, system.mass)
+    squares, shapes = undamped_modes(system)
     share, held = row @ shapes, squares > RIGID * squares[-1]
-    if np.any(share[~held] ** 2 > RIGID * (share @ share)):
+    if not is_held(system, row):
         return mass_at(system, row) * float(squares[held][0])
     return 1.0 / float(np.sum(share[held] ** 2 / squares[held]))
 
@@ -137,13 +137,24 @@ def with_law(setup, row, between, kind, size, stiffness):
 
 
 @lru_cache(maxsize=256)
+def held_between(model, freedom, to):
+    """Return whether springs hold two points of a model together, as those of one free body."""
+    system = assemble_model(model)
+    return is_held(system, _row_on(model, system, freedom, to))
+
+
+@lru_cache(maxsize=256)
 def amplitude_between(model, freedom, to):
     """Return the rms of the distance of two points of a model, and the stiffness between them."""
     system = assemble_model(model)
-    row = row_between(SimpleNamespace(spacecraft=model, system=system), freedom, to)
+    row = _row_on(model, system, freedom, to)
     system = replace(system, input=np.column_stack([system.input, row]),
                      inputs=system.inputs + ('between',))
     reads = distance_rows(system, [len(system.inputs) - 1])[0]
     covariance = system.plant.discrete(model.rate_hz).state_covariance(
         total_covariance(system.excitation, model.rate_hz, system.inputs))
     return float(np.sqrt(reads @ covariance @ reads)), stiffness_between(system, row)
+
+
+def _row_on(model, system, freedom, to):
+    return row_between(SimpleNamespace(spacecraft=model, system=system), freedom, to)

@@ -11,6 +11,7 @@ import numpy as np
 
 from ssi_ros.model.excitation import begin_all, generator
 from ssi_ros.model.simulator import check_rate, stationary_start
+from ssi_ros.model.system import in_modes, is_held
 from ssi_ros.records import Samples
 
 KINDS = ('freeplay', 'friction')
@@ -113,11 +114,16 @@ def simulate_joints(system, duration_s, seed, laws, *, at_rest=False, start_ns=0
 def distance_rows(system, columns):
     """Return the rows that read the distances that inputs act on from the states, (h, states)."""
     rows = system.input[:, columns].T
-    states = system.plant.states
-    lacking = [d for i, d in enumerate(system.dofs) if rows[:, i].any() and d not in states]
-    if lacking:
-        raise ValueError(f'{", ".join(lacking)} has no spring; friction and play need points that '
+    loose = [system.inputs[c] for c, row in zip(columns, rows) if not is_held(system, row)]
+    if loose:
+        raise ValueError(f'no spring holds {", ".join(loose)}; friction and play need points that '
                          'a spring holds')
+    if system.turned:
+        # the states are modes; what moves as a rigid body has no position among them, and
+        # changes no distance between two points of one body
+        system = in_modes(system)
+        rows = np.where(system.stiffness.any(axis=0), system.input[:, columns].T, 0.0)
+    states = system.plant.states
     where = [states.index(d) if d in states else 0 for d in system.dofs]
     out = np.zeros((len(rows), len(states)))
     for i, at in enumerate(where):

@@ -223,6 +223,19 @@ def natural_modes(system):
                         read_only(shapes, complex), read_only(values, complex))
 
 
+def undamped_modes(system):
+    """Return squares of frequencies (n,) and modes of mass 1 as columns, (n, n), by frequency."""
+    return eigh(system.stiffness, system.mass)
+
+
+def is_held(system, row):
+    """Return whether springs hold the distance that a row (n,) reads, so that it stays bounded."""
+    squares, shapes = undamped_modes(system)
+    share = row @ shapes
+    free = squares <= RIGID * squares[-1]
+    return not np.any(share[free] ** 2 > RIGID * (share @ share))
+
+
 def in_modes(system):
     """
     Return a system in its undamped modes, of mass 1: freedoms mode_1, ... by rising frequency.
@@ -230,7 +243,7 @@ def in_modes(system):
     What moves as a rigid body is then a freedom of its own, which acts by neither position nor
     speed, as the attitude of a hub does. Raises ValueError where the stiffness is indefinite.
     """
-    squares, shapes = eigh(system.stiffness, system.mass)
+    squares, shapes = undamped_modes(system)
     if squares[0] < -RIGID * squares[-1]:
         raise ValueError(
             'the stiffness is indefinite: the structure buckles, as with a mode whose squared '

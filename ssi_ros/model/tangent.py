@@ -8,6 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ssi_ros.model.system import in_modes, undamped_modes
+
 APART = 1e-9            # relative: nearer poles are one, whose vectors no first order turns
 
 
@@ -51,6 +53,12 @@ def tangent(system, mass, damping, stiffness, sensor, forces):
     Tangent
 
     """
+    if system.turned:
+        # the states of its plant are modes; they are a choice of coordinates, the same of a
+        # system and of all its changes
+        shapes, system = undamped_modes(system)[1], in_modes(system)
+        mass, damping, stiffness = (shapes.T @ m @ shapes for m in (mass, damping, stiffness))
+        sensor, forces = sensor @ shapes, shapes.T @ forces
     positions, speeds = system.acting
     n, rate_hz = len(positions), system.rate_hz
     inverse = np.linalg.inv(system.mass)

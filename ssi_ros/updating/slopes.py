@@ -176,7 +176,7 @@ def _colours(setup, levels, frame):
     """Return pairs of a colour, (k,) or 1, and the covariance of its inputs; None: not plain."""
     system = setup.system
     if (setup.drift or setup.laws or setup.lags or setup.jitter_rms_s or system.shaping
-            or system.conditioning or system.quadrature or system.turned):
+            or system.conditioning or system.quadrature):
         return None
     found, each = {}, iter(levels)
     for part in system.excitation:
