@@ -56,9 +56,10 @@ QUIET = 'SSI_ROS_QUIET'        # set where nothing but errors is to be printed
 
 
 def warn(sentences):
-    """Print warnings, one a line, beside what the verb prints."""
+    """Print warnings, one a line, beside what the verb prints and above a bar that is there."""
     for sentence in sentences:
-        print(f'warning: {sentence}', file=sys.stderr)
+        from tqdm import tqdm
+        tqdm.write(f'warning: {sentence}', file=sys.stderr)
 
 
 def say_taken(path):

@@ -1,12 +1,14 @@
 """The samples that a diagnosis is made of, out of a bag."""
 
 
-def read_samples(path, rate_hz, channels=None, scale=1.0, *, staggered=False):
+def read_samples(path, rate_hz, channels=None, scale=1.0, *, staggered=False,
+                 progress=lambda share: None):
     """
     Read the accelerometers of a bag, or other channels, onto one even grid; missing is NaN.
 
     A rate of 0 is estimated from the stamps; `scale` is the factor to m/s^2. Channels that are
     sampled one beside the other are moved to common instants, or stay as they are if `staggered`.
+    `progress` is called with the share that is read.
 
     Raises
     ------
@@ -27,7 +29,7 @@ def read_samples(path, rate_hz, channels=None, scale=1.0, *, staggered=False):
     try:
         bag = open_bag(path)
         warn(bag.warnings)
-        recording = read_channels(bag, channels)
+        recording = read_channels(bag, channels, progress)
         check_publishers(bag, recording)
         samples = samples_of(scaled(recording, scale), rate_hz,
                              lambda text: warn([text]), staggered=staggered)

@@ -56,7 +56,6 @@ def run(args):
     from ssi_ros.cli.diagnose import channels_of
     from ssi_ros.effects import load_configuration, save_configuration
     from ssi_ros.gap.settings import load_settings
-    from ssi_ros.updating.calibrate import calibrate
 
     spacecraft, present = load_configuration(args.model)
     settings = load_settings(args.settings)
@@ -71,10 +70,15 @@ def run(args):
     if twice:
         raise ValueError(f'{twice[0]} is given twice; each recording counts once')
     channels = channels_of(spacecraft, args.channel)
-    recordings = [read_samples(b, spacecraft.rate_hz, channels, args.scale,
-                               staggered=not args.input) for b in args.bags]
+    with Progress('reading') as progress:
+        recordings = [read_samples(b, spacecraft.rate_hz, channels, args.scale,
+                                   staggered=not args.input, progress=lambda share, k=k: progress(
+                                       (k + share) / len(args.bags)))
+                      for k, b in enumerate(args.bags)]
     inputs = inputs_of_each(args.bags, args.input, spacecraft, recordings)
     with Progress('calibrating') as progress:
+        # takes a second of its own
+        from ssi_ros.updating.calibrate import calibrate
         found = calibrate(spacecraft, recordings, settings, names=[b.name for b in args.bags],
                           present=present, inputs=inputs, progress=progress)
     print(text(found, args.bags))

@@ -24,6 +24,8 @@ from ssi_ros.updating.fit import ErrorFit, fit_errors
 from ssi_ros.updating.input_colour import with_colour, words
 from ssi_ros.updating.scatter import between_recordings
 
+BEFORE, TEMPLATES = 0.1, 0.6    # shares of a check: the model as it was, what its tests need
+
 
 @dataclass(frozen=True, eq=False)
 class Check:
@@ -153,8 +155,8 @@ def calibrate(spacecraft, recordings, settings=DiagnosisSettings(), *, names=(),
             there = replace(calibrated, calibration=replace(
                 calibrated.calibration, values=values))
             checks.append(_check(bare, there, samples, settings,
-                                 (present, inputs[i] if inputs else None)))
-            progress(0.6 + 0.4 * (i + 1) / len(whole))
+                                 (present, inputs[i] if inputs else None), _part(
+                                     progress, 0.6 + 0.4 * i / len(whole), 0.4 / len(whole))))
     unexplained = tuple(dict.fromkeys(d for c in checks for d in c.detected))
     calibration = replace(_of_all_channels(whole_model, calibrated.calibration),
                           unexplained=unexplained)
@@ -257,15 +259,23 @@ def _scatter(spacecraft, recordings, found, settings, beside):
                     between_recordings(found.names, spread, chance, len(recordings)))
 
 
-def _check(model, calibrated, samples, settings, beside):
+def _part(progress, begin, length):
+    """Return a callable that takes the share done of a part of the whole."""
+    return lambda share: progress(begin + length * share)
+
+
+def _check(model, calibrated, samples, settings, beside, progress):
     """Return how well a calibrated model, with the forces of a recording, explains it."""
-    def compared(spacecraft):
+    def compared(spacecraft, share_of_it=lambda share: None):
         return ModelNominal(spacecraft, *beside).compare(
-            samples, settings, applicable(spacecraft), lambda share: None)
+            samples, settings, applicable(spacecraft), share_of_it)
     exact = compared(replace(model, uncertainty=EXACT))
     before = measure(exact.null.state.model, exact.record.spectra, settings.band_bins)
-    comparison = compared(calibrated)
+    progress(BEFORE)
+    # templates of a model that is new are most of it
+    comparison = compared(calibrated, _part(progress, BEFORE, TEMPLATES - BEFORE))
     after = comparison.residual(comparison.null)
+    progress(1.0)
     detected = ()
     if after.p_value < SELECTION['residual_p'].value:
         detected = tuple(d.text for d in after.detections + after.anomalies

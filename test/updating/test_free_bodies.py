@@ -14,6 +14,7 @@ from ssi_ros.hermitian import real_vectors, white
 from ssi_ros.model.errors import Calibration, declared
 from ssi_ros.model.linear_model import Channel, Input, LinearModel
 from ssi_ros.model.modal_errors import modal_uncertainty
+from ssi_ros.updating.calibrate import calibrate
 from ssi_ros.updating.fit import fit_errors
 from ssi_ros.updating.slopes import plain_slopes, slopes
 
@@ -112,3 +113,14 @@ def test_a_fit_of_a_free_structure_asks_for_few_spectra(monkeypatch):
     z = (found.values - np.array(twin().calibration.values)) / np.sqrt(np.diag(found.covariance))
     assert np.sqrt(np.mean(z ** 2)) < 1.5
     assert len(asked) < 100         # 432 by quotients
+
+
+def test_a_free_structure_is_calibrated_and_says_how_far_it_is(tmp_path, monkeypatch):
+    """Shares rise from the fit to the end of the check, whose templates have most of them."""
+    monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path))
+    shares, samples = [], simulate_setup(inject(twin(), [], SECONDS), 4)
+    found = calibrate(model(), [samples], DiagnosisSettings(segment_s=20.0),
+                      progress=shares.append)
+    assert found.explains and found.checks[0].after < found.checks[0].before
+    assert shares == sorted(shares) and shares[-1] == pytest.approx(1.0)
+    assert np.max(np.diff([0.0, *shares])) < 0.2
