@@ -3,6 +3,7 @@ import contextlib
 import fcntl
 import os
 import pty
+import shutil
 import struct
 import subprocess
 import sys
@@ -137,6 +138,40 @@ def test_progress_from_the_first_second():
     _, quick = on_a_terminal('from ssi_ros.cli._options import Progress\n'
                              'with Progress("thinking") as p: p(0.5)')
     assert quick == ''
+
+
+def test_a_warning_stands_above_a_bar():
+    """On a line of its own, from its beginning."""
+    _, text = on_a_terminal(
+        'import time; from ssi_ros.cli._options import Progress, warn\n'
+        'with Progress("thinking"): time.sleep(1); warn(["slow"])')
+    assert 'thinking' in text.partition('warning')[0] and '\rwarning: slow\r\n' in text
+
+
+def test_calibrate_has_a_bar_while_it_reads(bag, tmp_path, monkeypatch):
+    """Two bags have half of it each; the fit, which is left out here, has its own."""
+    shares = {}
+
+    class Bar:
+        def __init__(self, text):
+            self.shares = shares.setdefault(text, [])
+
+        def __enter__(self):
+            return self.shares.append
+
+        def __exit__(self, *error):
+            pass
+
+    def stop(*given, **options):
+        raise ValueError('far enough')
+    monkeypatch.setattr('ssi_ros.cli._options.Progress', Bar)
+    monkeypatch.setattr('ssi_ros.updating.calibrate.calibrate', stop)
+    other = tmp_path / 'other'
+    shutil.copytree(bag, other)
+    assert main(['calibrate', str(bag), str(other), '--output', str(tmp_path / 'm.yaml')]) != 0
+    reading = shares['reading']
+    assert reading == sorted(reading) and reading[-1] == 1.0 and 0.5 in reading
+    assert 'calibrating' in shares
 
 
 def test_colour_obeys_no_color(bag, capsys):
