@@ -24,6 +24,35 @@ class Predictor:
         """Return the prediction errors, white and of unit variance, (n - k, l)."""
         return _errors(values / self.scale, self.weights) @ self.lower.T
 
+    def adjoint(self, residual):
+        """
+        Return the series v (n, l) whose product with what is added to the channels is its score.
+
+        Half the sum of squares of the prediction errors, (n - k, l), falls by sum v(t) d(t) where
+        d is added to the channels, each over its rms.
+        """
+        order, turned = len(self.weights), residual @ self.lower
+        found = np.pad(turned, ((order, 0), (0, 0)))
+        for k, weight in enumerate(self.weights, 1):
+            found[order - k:len(found) - k] -= turned @ weight.T
+        return found
+
+    def gain_scores(self, values, residual):
+        """
+        Return the score of the gain of every channel at every time, (n - k, l), by the past alone.
+
+        What is new at a time is left out of what a gain makes of it: whatever the level of the
+        inputs is then, the rest has the mean 0 and no correlation with any other time.
+        """
+        order, scaled = len(self.weights), values / self.scale
+        known = scaled[order:] - np.linalg.solve(self.lower, residual.T).T
+        turned, scores = residual @ self.lower, np.empty_like(residual)
+        for i in range(scaled.shape[1]):
+            past = np.lib.stride_tricks.sliding_window_view(scaled[:-1, i], order)[:, ::-1]
+            scores[:, i] = known[:, i] * turned[:, i] - np.einsum(
+                'ij,ij->i', past @ self.weights[:, i], turned)
+        return scores
+
     def slew_normalised(self, values, residual):
         """Return the errors (n - k, l), whitened again by how fast the motion is, eq. (161c)."""
         # A wrong instant errs by the slew rate of the motion, now and through the prediction of

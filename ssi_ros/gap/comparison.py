@@ -25,6 +25,7 @@ class Detection:
     trials: int = 1             # independent places or sizes searched, paid for in `p_value`
     times: tuple = ()           # two arrays (n,): instants of events [s], their probabilities
     weak: bool = False          # too small to be a gap by itself; it may still explain one
+    site: str = ''              # of a Site, where no effect says it
     basis: Any = None           # what the nominal that made it turns into a candidate
 
     @classmethod

@@ -38,6 +38,7 @@ class Finding:
     family: str
     p_value: float
     text: str
+    channel: str = ''           # that it is of, if one
 
 
 def findings(record, input_values, rows, edge, asked=tuple(FAMILIES)):

@@ -21,7 +21,7 @@ from ssi_ros.gap.nominal.recordings import prepare
 from ssi_ros.gap.nominal.thresholds import LIMITS
 from ssi_ros.integrity.fault import as_reason
 from ssi_ros.records import Samples
-from ssi_ros.regimes.curve import is_linear
+from ssi_ros.regimes.odd_channels import is_linear, keeps_channels
 from ssi_ros.tails import norm
 
 FIRST_STEPS = 4         # of a fit, before the best are chosen
@@ -90,7 +90,7 @@ class RecordedComparison(Comparison):
         if fit is not self.null:
             rest = [d for d in (*found, *filter(None, self.joint[:1]))
                     if d.effect not in fit.candidate.names]
-            odd = recordings.curve * is_linear(fit.candidate.names)
+            odd = self._odd(fit)
             # halves show less than all groups do, which few numbers hardly fit by chance
             gap = max(self._held_out(fit), self.goodness_of_fit(fit), key=lambda g: g.deviations)
             # an event is where it is: nothing else that is steady makes it
@@ -101,12 +101,22 @@ class RecordedComparison(Comparison):
         test = recordings.score_test
         p_values = [test.p_value, norm.sf(self.gap.deviations), shift.p_value]
         p_values += [d.p_value for d in recordings.detections[0] if not d.weak]
-        # at another level a structure may follow another curve, and is what it was
-        odd = () if recordings.clear_level else tuple(
-            d for d in recordings.curve if d.p_value < LIMITS.certain_shift.value)
+        odd = self._odd(fit)
         joined, p_value = (float(min(1.0, (SHARED_TESTS + tests) * min(p))) for p in (
             [*p_values, *[d.p_value for d in odd]], p_values))
         return Residual(test, found, odd, self.gap, joined, p_value)
+
+    def _odd(self, fit):
+        """Return Detections of what channels do that a fit, or nothing at all, makes of none."""
+        names, found = fit.candidate.names, self.recordings.odd_channels
+        if names and is_linear(names):
+            return found
+        seen = {d.effect for d in self.recordings.detections[0] if not d.weak}
+        # a structure may be as nonlinear as it was, at another level or where it is now
+        if self.recordings.clear_level or not keeps_channels(seen.intersection(names)) or (
+                names and self.gap.deviations > LIMITS.inside.value):
+            return ()
+        return tuple(d for d in found if d.p_value < LIMITS.certain_shift.value)
 
     def _unmoved(self, fit):
         """Return the chance of modes elsewhere that a fit leaves, 1 if it moves any."""

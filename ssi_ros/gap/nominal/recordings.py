@@ -26,7 +26,7 @@ from ssi_ros.gap.nominal.thresholds import LIMITS
 from ssi_ros.gap.spectra.band_averages import Cut, level_of, plan, Spectra
 from ssi_ros.levels.free import compared
 from ssi_ros.regimes.assess import regime_of
-from ssi_ros.regimes.curve import curve_of
+from ssi_ros.regimes.odd_channels import odd_channels
 from ssi_ros.regimes.varying_level import steady_share
 
 SOURCES = 'recordings', 'periods'
@@ -61,19 +61,20 @@ class Recordings:
         return min((len(r.periods) for r in repeats), default=0) >= ENOUGH_PERIODS
 
     @cached_property
-    def _predictors(self):
+    def predictors(self):
+        """Return reference and record, (n, l) each, with their Predictor."""
         return [(v, predictor(v)) for v in (self.pair.reference, self.pair.record)]
 
     @cached_property
     def prediction_errors(self):
         """Return what the past does not predict of reference and record, each (n, l)."""
-        return tuple(way.residual(v) for v, way in self._predictors)
+        return tuple(way.residual(v) for v, way in self.predictors)
 
     @cached_property
     def slew_normalised(self):
         """Return the same, whitened again by how fast the motion is at each row, eq. (161c)."""
         return tuple(way.slew_normalised(v, e)
-                     for (v, way), e in zip(self._predictors, self.prediction_errors))
+                     for (v, way), e in zip(self.predictors, self.prediction_errors))
 
     @cached_property
     def group_levels(self):
@@ -97,9 +98,9 @@ class Recordings:
         return regime_of(self)
 
     @cached_property
-    def curve(self):
-        """Return what shows that a channel follows another curve, one Detection or none."""
-        return curve_of(self)
+    def odd_channels(self):
+        """Return Detections of channels that do what nothing linear and steady makes of them."""
+        return odd_channels(self)
 
     @cached_property
     def record_modes(self):

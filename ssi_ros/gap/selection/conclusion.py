@@ -57,6 +57,12 @@ class Case:
         far = said and left > LIMITS['far'].value
         return self.comparison.notes + said + (TRACES,) * bool(far)
 
+    @property
+    def oddest(self):
+        """Return the clearest Detection of what no effect makes, beside the best, or None."""
+        odd = min(self.residual.anomalies, key=_corrected, default=None)
+        return odd if odd and _corrected(odd) <= LIMITS['shown'].value else None
+
 
 def no_gap(case):
     """Return the answer where the record is what the nominal expects."""
@@ -125,8 +131,9 @@ def conclude(case):
     verdict['hidden'] = float(hidden_odds(case.settings) * shares.sum())
     others = tuple(_pseudo(name, share, case.null.value, (0.0,) * 3, False)
                    for name, share in (('unknown', unknown), ('none', none)))
-    where = replace(case.location, site=_sites(case, ranked, shares),
-                    sensors=_sensors(case.location.sensors, ranked, shares))
+    rest = case.oddest, float(unknown)
+    where = replace(case.location, site=_sites(case, ranked, shares, rest),
+                    sensors=_sensors(case.location.sensors, ranked, shares, rest))
     return Diagnosis(
         outcome, reason, case.gap, where, tuple(found) + others, verdict,
         separate_by(verdict['class'] and verdict['class'] + _elsewhere(tied)), case.texts,
@@ -154,6 +161,9 @@ def _outcome(case, best, top, tied, shares):
             f'no effect explains the record better than chance does ('
             f'{p_equation(case.gap["p_value"])}); the nearest is {words}')
     if unknown or not is_inside(best, case.residual):
+        if odd := case.oddest:
+            return 'UNEXPLAINED', (f'{odd.text[:-1]}, which no effect makes; beside that the '
+                                   f'nearest effect, {words}, {removed}')
         more = ', but something that no effect makes is more probable' * bool(unknown)
         return 'UNEXPLAINED', f'the nearest effect, {words}, {removed}{more}'
     equal = list(dict.fromkeys(' + '.join(e.effects) for e in tied))
@@ -218,18 +228,21 @@ def _unexplained(case, reason, unknown):
                      (unknown,), NO_VERDICT | {'probability': unknown.probability}, (), case.texts)
 
 
-def _sensors(sensors, ranked, shares):
-    """Return shares of the sensors: candidates that name a channel speak for it."""
+def _sensors(sensors, ranked, shares, rest):
+    """Return shares of the sensors: what names a channel speaks for it."""
     named = dict.fromkeys((s['name'] for s in sensors), 0.0)
     for r, p in zip(ranked, shares):
         for channel in r.fit.candidate.channels:
             if channel in named:
                 named[channel] += float(p) / len(r.names)
+    odd, unknown = rest
+    if odd and odd.parameters.get('channel') in named:
+        named[odd.parameters['channel']] += unknown
     rest = max(0.0, 1.0 - sum(named.values()))
     return tuple({**s, 'share': named[s['name']] + rest * s['share']} for s in sensors)
 
 
-def _sites(case, ranked, shares):
+def _sites(case, ranked, shares, rest=(None, 0.0)):
     """Return the share of every site: by the candidates, the nearest if none, or by scores."""
     sites = dict.fromkeys((s.value for s in Site), 0.0)
     if len(shares) and np.sum(shares) < 1e-9:
@@ -246,5 +259,8 @@ def _sites(case, ranked, shares):
         for owners, z in zip(case.found.score_test.owners, case.found.score_test.z):
             site = effect_class(owners[0]).site.value
             sites[site] = max(sites[site], float(z) ** 2)
+    odd, unknown = rest
+    if odd and odd.site:
+        sites[odd.site] += unknown
     total = max(sum(sites.values()), 1e-300)
     return {s: v / total for s, v in sites.items()}

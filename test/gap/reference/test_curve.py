@@ -1,14 +1,13 @@
-"""A channel that follows a curve is no gain and no noise, (188a)."""
+"""A channel that follows a curve or that varies is no gain and no noise, (188a), (188b)."""
 from dataclasses import replace
 
 import numpy as np
-from numpy.testing import assert_allclose
 import pytest
 
 from reference_records import chain, diagnose_reference, NOISE
 from ssi_ros.gap.nominal.recorded import RecordedNominal
 from ssi_ros.gap.settings import load_settings
-from ssi_ros.regimes.curve import is_linear
+from ssi_ros.regimes.odd_channels import is_linear
 
 
 def curved(samples, curve, channel=1):
@@ -19,6 +18,11 @@ def curved(samples, curve, channel=1):
     # of the electronics behind it; a sensor that shows nothing at rest repeats its samples
     values[:, channel] += NOISE * np.random.default_rng(9).standard_normal(len(values))
     return replace(samples, values=values)
+
+
+def odd(comparison):
+    """Return what channels do, by family."""
+    return {d.basis: d for d in comparison.recordings.odd_channels}
 
 
 def dead_zone(x):
@@ -39,9 +43,31 @@ def compared():
     (lambda x: x + 0.1 * x ** 2, 'one side differs')])
 def test_curves_are_seen(compared, curve, text):
     """A dead zone, a sensor that saturates softly, and one that has two slopes."""
-    found, = compared(curved(chain(2), curve)).recordings.curve
+    found = odd(compared(curved(chain(2), curve)))['curve']
     assert found.p_value < 1e-12
     assert 'Channel b' in found.text and text in found.text
+
+
+def test_a_product_of_two_channels_is_seen(compared):
+    """A sensor that is turned by what another one measures."""
+    samples = chain(2)
+    values = samples.values.copy()
+    values[:, 1] += 0.05 * values[:, 0] * values[:, 2] / values[:, 0].std()
+    found = odd(compared(replace(samples, values=values)))
+    assert found['product'].p_value < 1e-12 and found['gain'].p_value > 1e-3
+    assert 'Channel b holds a product of a and c' in found['product'].text
+
+
+def test_a_gain_that_varies_is_seen(compared):
+    """By 1 % of its size; the level of all forces may vary by half meanwhile."""
+    samples = chain(2)
+    phase = 2 * np.pi * np.arange(len(samples.values)) / len(samples.values)
+    values = samples.values * (1 + 0.5 * np.sin(5 * phase))[:, None]
+    assert odd(compared(replace(samples, values=values)))['gain'].p_value > 1e-3
+    values[:, 2] *= 1 + 0.02 * np.sin(3 * phase)
+    found = odd(compared(replace(samples, values=values)))
+    assert found['gain'].p_value < 1e-9 and 'channel c varies' in found['gain'].text
+    assert found['curve'].p_value > 1e-3 and found['product'].p_value > 1e-3
 
 
 @pytest.mark.slow
@@ -51,16 +77,19 @@ def test_what_is_linear_has_no_curve(compared):
     records += [curved(chain(s), lambda x: 1.3 * x) for s in range(8, 12)]
     records += [replace(r, values=r.values * (1 + 0.5 * np.sin(np.arange(len(r.values)) / 900))[
         :, None]) for r in map(chain, range(12, 16))]
-    p_values = [compared(r).recordings.curve[0].p_value for r in records]
-    assert min(p_values) > 1e-3
-    assert_allclose(np.mean(p_values), 0.5, atol=0.25)
+    found = [odd(compared(r)) for r in records]
+    for family in ('curve', 'product', 'gain'):
+        p_values = [f[family].p_value for f in found]
+        assert min(p_values) > 1e-3
+        # a Bonferroni bound is 1 for half of all
+        assert 0.25 < np.mean(p_values) < 0.95
 
 
 def test_a_curve_that_was_there_before_is_none():
     """Two recordings by one sensor with a dead zone are within the floor."""
     nominal = RecordedNominal(curved(chain(1), dead_zone))
     found = nominal.compare(curved(chain(2), dead_zone), load_settings(), ('sensor_gain',))
-    assert found.recordings.curve[0].p_value > 1e-3
+    assert odd(found)['curve'].p_value > 1e-3
 
 
 def test_effects_that_make_no_curve():

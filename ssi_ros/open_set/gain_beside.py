@@ -1,0 +1,62 @@
+"""A channel whose gain varies in time, as it did not in an earlier recording."""
+from dataclasses import dataclass
+
+import numpy as np
+
+from ssi_ros.open_set.families import Finding
+from ssi_ros.open_set.products import SLOW
+from ssi_ros.tails import chi2
+
+
+@dataclass(frozen=True, eq=False)
+class GainScores:
+    """Scores of the gains of l channels in n rows, and how strong the motion is at each."""
+
+    scores: np.ndarray      # (n, l), without correlation in time where no gain varies
+    strength: np.ndarray    # (n, l, s), slow powers of the motion of each channel
+    rate_hz: float
+
+
+def gain_beside(reference, record, channels):
+    """
+    Return the Finding of the channel whose gain varies more than in the reference, eq. (188b).
+
+    Variation that goes with how strong the motion is does not count: curves make that of any
+    channel, and nonlinear structures of those near by.
+
+    Parameters
+    ----------
+    reference, record : GainScores
+        Of the same channels.
+    channels : sequence of str
+        Their names.
+
+    Returns
+    -------
+    Finding
+        Of the family 'gain'.
+
+    """
+    before, now = (np.array([_slow(g, i) for i in range(len(channels))])
+                   for g in (reference, record))
+    # as much as it varied in the reference is usual
+    p_values = chi2.sf(now / np.maximum(1.0, before / (2 * SLOW)), 2 * SLOW)
+    i = int(np.argmin(p_values))
+    return Finding('gain', min(1.0, float(len(p_values) * p_values[i])),
+                   f'The gain of channel {channels[i]} varies slowly, and did not before.',
+                   channels[i])
+
+
+def _slow(of, i):
+    """Return the square of the deviations of cosines and sines of one gain, `SLOW` of each."""
+    score, n = of.scores[:, i], len(of.scores)
+    turns = np.exp(2j * np.pi * np.arange(1, SLOW + 1) * (np.arange(n)[:, None] + 0.5) / n)
+    shapes = np.hstack([np.ones((n, 1)), of.strength[:, i], turns.real, turns.imag])
+    usual = shapes.shape[1] - 2 * SLOW
+    total, many = shapes.T @ score, (shapes * (score ** 2)[:, None]).T @ shapes
+    if not score.any():
+        return 0.0
+    to = many[usual:, :usual] @ np.linalg.pinv(many[:usual, :usual], hermitian=True)
+    rest, spread = total[usual:] - to @ total[:usual], many[usual:, usual:] - to @ many[:usual,
+                                                                                    usual:]
+    return float(rest @ np.linalg.solve(spread, rest))

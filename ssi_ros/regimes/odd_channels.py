@@ -1,0 +1,62 @@
+"""Whether a channel of two recordings does what no linear effect that is steady makes of it."""
+import numpy as np
+
+from ssi_ros.effects import effect_class, ModalPattern
+from ssi_ros.effects.base import Site
+from ssi_ros.effects.registry import modal_forms
+from ssi_ros.events.prediction_error import slow
+from ssi_ros.gap.comparison import Detection
+from ssi_ros.open_set.curve_beside import curve_beside, Motion, product_beside
+from ssi_ros.open_set.gain_beside import gain_beside, GainScores
+from ssi_ros.regimes.regime import Regime
+
+INTEGRALS = 0, 1, 2     # of an acceleration, whose strengths a nonlinear force may follow
+
+
+def is_linear(names):
+    """Return whether effects leave Gaussian motion Gaussian: filters of channels and of inputs."""
+    # a structure may be as nonlinear at its new place as it is, which is no curve of a channel
+    return keeps_channels(names) and all(
+        effect_class(n).site is not Site.STRUCTURE for n in names)
+
+
+def keeps_channels(names):
+    """Return whether all channels are straight lines of the motion beside effects: no events."""
+    return all(n in modal_forms()
+               and ModalPattern.SAMPLE_VALUES not in effect_class(n).patterns for n in names)
+
+
+def odd_channels(recordings):
+    """Return what `Recordings` show of curves, products and gains, Detections of no effect."""
+    if recordings.repeats is not None or recordings.regime != Regime():
+        return ()       # motion that is not random has no theory here
+    motions, gains, rate_hz = [], [], recordings.pair.rate_hz
+    for (values, way), errors in zip(recordings.predictors, recordings.prediction_errors):
+        scaled = (values - values.mean(axis=0)) / way.scale
+        motions.append(Motion(scaled, way.adjoint(errors), _level(errors, len(values)), rate_hz))
+        # without the first rows, which have no past
+        strength = _strength(scaled, recordings.full_cut.middles_hz[0] / rate_hz)[-len(errors):]
+        gains.append(GainScores(way.gain_scores(values, errors), strength, rate_hz))
+    channels = recordings.pair.channels
+    return tuple(Detection('', {'channel': f.channel}, f.p_value, f.text, basis=f.family,
+                           site=Site.SENSOR.value) for f in (
+        curve_beside(*motions, channels), product_beside(*motions, channels),
+        gain_beside(*gains, channels)))
+
+
+def _level(errors, rows):
+    """Return the slow level of inputs at every row, (n,): the rms of what comes new, over its."""
+    power = np.mean(errors ** 2, axis=1)
+    return np.sqrt(np.pad(slow(power) / power.mean(), (rows - len(power), 0), mode='edge'))
+
+
+def _strength(values, low):
+    """Return slow powers of channels and of their integrals, (n, l, s), over their means."""
+    cycles, spectrum = np.fft.rfftfreq(len(values)), np.fft.rfft(values, axis=0)
+    found = []
+    for k in INTEGRALS:
+        # below the lowest band there is noise alone, which integrals raise
+        over = np.where(cycles < low, 0.0, np.maximum(cycles, low) ** -float(k))
+        power = np.fft.irfft(spectrum * over[:, None], len(values), axis=0) ** 2
+        found.append(np.array([slow(p) / (p.mean() or 1.0) for p in power.T]).T)
+    return np.stack(found, axis=-1)
