@@ -10,6 +10,8 @@ from ssi_ros.open_set.families import calibrated, Finding
 from ssi_ros.open_set.products import two_sided
 from ssi_ros.tails import chi2
 
+LEAST_REST = 0.01       # of what a channel shows, that another does not
+CHANCE, SOME = 1e-3, 0.2        # by which a curve is in other channels too
 APART = 0.1     # of a recording: motion and curve that are so much apart have no correlation
 
 
@@ -52,8 +54,10 @@ def curve_beside(reference, record, channels):
         Of the family 'curve'.
 
     """
-    z = _changes(reference, record, lambda unit, i: [hermeval(unit[:, i], np.eye(k + 1)[k])
-                                                     for k in ORDERS])
+    def curves(unit, i):
+        return [hermeval(unit[:, i], np.eye(k + 1)[k]) for k in ORDERS]
+
+    z = _changes(reference, record, curves)
     p_values = chi2.sf(np.sum(z ** 2, axis=1), len(ORDERS))
     i = int(np.argmin(p_values))
     duration_s = min(len(m.values) / m.rate_hz for m in (reference, record))
@@ -62,8 +66,11 @@ def curve_beside(reference, record, channels):
     cubic = z[i, ORDERS.index(3)]
     how = 'one side differs from the other' if np.sum(z[i] ** 2 * np.subtract(1, odd)) > np.sum(
         z[i] ** 2 * odd) else f'its large motion is too {"large" if cubic > 0 else "small"}'
+    alone = _alone(record, curves(record.steady[0], i)[int(np.argmax(np.abs(z[i])))], i)
     return Finding('curve', p_value, f'Channel {channels[i]} follows a curve, no straight line, '
-                   f'and did not before: {how}.', channels[i])
+                   f'and did not before: {how}.' if alone else
+                   f'A force follows a curve of channel {channels[i]}, and did not before.',
+                   channels[i] if alone else '')
 
 
 def product_beside(reference, record, channels):
@@ -74,8 +81,26 @@ def product_beside(reference, record, channels):
     z = _changes(reference, record, lambda unit, i: [unit[:, j] * unit[:, k] for j, k in pairs])
     i, at = np.unravel_index(np.argmax(np.abs(z)), z.shape)
     one, two = (channels[k] for k in pairs[at])
-    return Finding('product', two_sided(z, z.size), f'Channel {channels[i]} holds a product of '
-                   f'{one} and {two}, and did not before.', channels[i])
+    alone = _alone(record, np.prod(record.steady[0][:, pairs[at]], axis=1), i)
+    what = f'Channel {channels[i]} holds' if alone else 'A force follows'
+    return Finding('product', two_sided(z, z.size), f'{what} a product of {one} and {two}, and '
+                   'did not before.', channels[i] if alone else '')
+
+
+def _alone(motion, curve, i):
+    """Return whether a curve (n,) is in channel `i` alone, so that no force makes it."""
+    unit, adjoint = motion.steady
+    n, apart = len(unit), round(APART * len(unit))
+    of, seen = np.fft.rfft(curve - curve.mean()), np.fft.rfft(adjoint, axis=0)
+    lags = np.fft.irfft(of[:, None] * seen.conj(), n, axis=0)
+    z = lags[0] / np.maximum(lags[apart:n - apart].std(axis=0), 1e-300)
+    # adjoints of channels are correlated, and what one holds is seen in all
+    both = np.einsum('k,kj->j', np.abs(of) ** 2 * seen[:, i].conj(), seen).real
+    power = np.abs(of) ** 2 @ np.abs(seen) ** 2
+    alike = both / np.sqrt(np.maximum(power * power[i], 1e-300))
+    rest = np.delete((z - alike * z[i]) ** 2 / np.maximum(1 - alike ** 2, LEAST_REST), i)
+    # what is large is foreseen with an error of its own size
+    return chi2.sf(rest.sum(), len(rest)) > CHANCE or rest.sum() < SOME * z[i] ** 2
 
 
 def _changes(reference, record, curves):

@@ -38,8 +38,9 @@ def odd_channels(recordings):
         strength = _strength(scaled, recordings.full_cut.middles_hz[0] / rate_hz)[-len(errors):]
         gains.append(GainScores(way.gain_scores(values, errors), strength, rate_hz))
     channels = recordings.pair.channels
-    return tuple(Detection('', {'channel': f.channel}, f.p_value, f.text, basis=f.family,
-                           site=Site.SENSOR.value) for f in (
+    return tuple(Detection(
+        '', {'channel': f.channel}, f.p_value, f.text, basis=f.family,
+        site=(Site.SENSOR if f.channel else Site.STRUCTURE).value) for f in (
         curve_beside(*motions, channels), product_beside(*motions, channels),
         gain_beside(*gains, channels)))
 
