@@ -1,9 +1,11 @@
 """A channel whose values follow a curve, or a product of others, that they did not before."""
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import combinations
 
 import numpy as np
 from numpy.polynomial.hermite_e import hermeval
+from scipy.fft import rfft
 
 from ssi_ros.open_set.curves import ORDERS
 from ssi_ros.open_set.families import calibrated, Finding
@@ -12,7 +14,6 @@ from ssi_ros.tails import chi2
 
 LEAST_REST = 0.01       # of what a channel shows, that another does not
 CHANCE, SOME = 1e-3, 0.2        # by which a curve is in other channels too
-APART = 0.1     # of a recording: motion and curve that are so much apart have no correlation
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,12 +25,17 @@ class Motion:
     level: np.ndarray       # (n,), of the inputs, slow, in any unit
     rate_hz: float
 
-    @property
+    @cached_property
     def steady(self):
-        """Return motion and adjoint of unit variance at every level, (n, l) each."""
+        """Motion and adjoint of unit variance at every level, (n, l) each."""
         # a level that varies has a kurtosis too
         both = [v / self.level[:, None] for v in (self.values, self.adjoint)]
         return [v / np.where((s := v.std(axis=0)) > 0, s, 1.0) for v in both]
+
+    @cached_property
+    def adjoint_spectra(self):
+        """Spectra of that adjoint, (f, l)."""
+        return rfft(self.steady[1], axis=0)
 
 
 def curve_beside(reference, record, channels):
@@ -38,8 +44,7 @@ def curve_beside(reference, record, channels):
 
     Of Gaussian motion a Hermite polynomial of one channel has no correlation with what any filter
     makes of all channels, so also not with the adjoint of the linear prediction, by which a change
-    of that channel alone is seen best. What chance makes of it is seen where both are apart in
-    time.
+    of that channel alone is seen best. What chance makes of it is seen at other shifts in time.
 
     Parameters
     ----------
@@ -54,10 +59,11 @@ def curve_beside(reference, record, channels):
         Of the family 'curve'.
 
     """
-    def curves(unit, i):
-        return [hermeval(unit[:, i], np.eye(k + 1)[k]) for k in ORDERS]
+    def curve(unit, i, order):
+        return hermeval(unit[:, i], np.eye(order + 1)[order])
 
-    z = _changes(reference, record, curves)
+    z = np.array([[_change(reference, record, lambda unit: curve(unit, i, k))[i] for k in ORDERS]
+                  for i in range(len(channels))])
     p_values = chi2.sf(np.sum(z ** 2, axis=1), len(ORDERS))
     i = int(np.argmin(p_values))
     duration_s = min(len(m.values) / m.rate_hz for m in (reference, record))
@@ -66,7 +72,8 @@ def curve_beside(reference, record, channels):
     cubic = z[i, ORDERS.index(3)]
     how = 'one side differs from the other' if np.sum(z[i] ** 2 * np.subtract(1, odd)) > np.sum(
         z[i] ** 2 * odd) else f'its large motion is too {"large" if cubic > 0 else "small"}'
-    alone = _alone(record, curves(record.steady[0], i)[int(np.argmax(np.abs(z[i])))], i)
+    order = ORDERS[int(np.argmax(np.abs(z[i])))]
+    alone = _alone(record, curve(record.steady[0], i, order), i)
     return Finding('curve', p_value, f'Channel {channels[i]} follows a curve, no straight line, '
                    f'and did not before: {how}.' if alone else
                    f'A force follows a curve of channel {channels[i]}, and did not before.',
@@ -78,8 +85,9 @@ def product_beside(reference, record, channels):
     pairs = list(combinations(range(len(channels)), 2))
     if not pairs:
         return Finding('product', 1.0, 'One channel has no product with others.')
-    z = _changes(reference, record, lambda unit, i: [unit[:, j] * unit[:, k] for j, k in pairs])
-    i, at = np.unravel_index(np.argmax(np.abs(z)), z.shape)
+    z = np.array([_change(reference, record, lambda unit: unit[:, j] * unit[:, k])
+                  for j, k in pairs])
+    at, i = np.unravel_index(np.argmax(np.abs(z)), z.shape)
     one, two = (channels[k] for k in pairs[at])
     alone = _alone(record, np.prod(record.steady[0][:, pairs[at]], axis=1), i)
     what = f'Channel {channels[i]} holds' if alone else 'A force follows'
@@ -89,35 +97,29 @@ def product_beside(reference, record, channels):
 
 def _alone(motion, curve, i):
     """Return whether a curve (n,) is in channel `i` alone, so that no force makes it."""
-    unit, adjoint = motion.steady
-    n, apart = len(unit), round(APART * len(unit))
-    of, seen = np.fft.rfft(curve - curve.mean()), np.fft.rfft(adjoint, axis=0)
-    lags = np.fft.irfft(of[:, None] * seen.conj(), n, axis=0)
-    z = lags[0] / np.maximum(lags[apart:n - apart].std(axis=0), 1e-300)
+    seen, scatter = _correlations(motion, curve)
+    z = seen / scatter
     # adjoints of channels are correlated, and what one holds is seen in all
-    both = np.einsum('k,kj->j', np.abs(of) ** 2 * seen[:, i].conj(), seen).real
-    power = np.abs(of) ** 2 @ np.abs(seen) ** 2
+    of, spectra = np.abs(rfft(curve - curve.mean())) ** 2, motion.adjoint_spectra
+    both = of @ (spectra[:, [i]].conj() * spectra).real
+    power = of @ np.abs(spectra) ** 2
     alike = both / np.sqrt(np.maximum(power * power[i], 1e-300))
     rest = np.delete((z - alike * z[i]) ** 2 / np.maximum(1 - alike ** 2, LEAST_REST), i)
     # what is large is foreseen with an error of its own size
     return chi2.sf(rest.sum(), len(rest)) > CHANCE or rest.sum() < SOME * z[i] ** 2
 
 
-def _changes(reference, record, curves):
-    """Return by how many deviations correlations of adjoints with curves changed, (l, k)."""
-    (before, spread), (now, more) = (_correlations(m, curves) for m in (reference, record))
+def _change(reference, record, curve_of):
+    """Return by how many deviations correlations of adjoints with a curve changed, (l,)."""
+    (before, spread), (now, more) = (_correlations(m, curve_of(m.steady[0]))
+                                     for m in (reference, record))
     return (now - before) / np.hypot(spread, more)
 
 
-def _correlations(motion, curves):
-    """Return the correlation of the adjoint of channels with curves, (l, k), and its scatter."""
-    n, apart = len(motion.values), round(APART * len(motion.values))
-    unit, adjoint = motion.steady
-    found = []
-    for i, of in enumerate(np.fft.rfft(adjoint, axis=0).conj().T / n):
-        for curve in curves(unit, i):
-            lags = np.fft.irfft(np.fft.rfft(curve - curve.mean()) * of, n)
-            lags /= max(curve.std(), 1e-300)
-            # of a channel that is silent all are 0
-            found.append((lags[0], lags[apart:n - apart].std() or 1.0))
-    return np.array(found).T.reshape(2, unit.shape[1], -1)
+def _correlations(motion, curve):
+    """Return the correlation of all adjoints with a curve (n,), (l,), and its scatter, (l,)."""
+    n, curve = len(curve), curve - curve.mean()
+    curve = curve / max(curve.std(), 1e-300)
+    # the mean square over all shifts in time is that of chance: few of them are near 0
+    power = np.abs(rfft(curve)) ** 2 @ np.abs(motion.adjoint_spectra) ** 2
+    return motion.steady[1].T @ curve / n, np.maximum(np.sqrt(2 * power) / n ** 2, 1e-300)

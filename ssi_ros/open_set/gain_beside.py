@@ -7,6 +7,8 @@ from ssi_ros.open_set.families import Finding
 from ssi_ros.open_set.products import SLOW
 from ssi_ros.tails import chi2
 
+BLOCKS = 1000           # of a recording, within which what is slow is one value
+
 
 @dataclass(frozen=True, eq=False)
 class GainScores:
@@ -14,7 +16,6 @@ class GainScores:
 
     scores: np.ndarray      # (n, l), without correlation in time where no gain varies
     strength: np.ndarray    # (n, l, s), slow powers of the motion of each channel
-    rate_hz: float
 
 
 def gain_beside(reference, record, channels):
@@ -49,14 +50,17 @@ def gain_beside(reference, record, channels):
 
 def _slow(of, i):
     """Return the square of the deviations of cosines and sines of one gain, `SLOW` of each."""
-    score, n = of.scores[:, i], len(of.scores)
-    turns = np.exp(2j * np.pi * np.arange(1, SLOW + 1) * (np.arange(n)[:, None] + 0.5) / n)
-    shapes = np.hstack([np.ones((n, 1)), of.strength[:, i], turns.real, turns.imag])
+    begins = np.linspace(0, len(of.scores), BLOCKS, endpoint=False).astype(int)
+    lengths = np.diff(begins, append=len(of.scores))[:, None]
+    score, power = (np.add.reduceat(of.scores[:, i] ** k, begins) for k in (1, 2))
+    strength = np.add.reduceat(of.strength[:, i], begins) / lengths
+    turns = np.exp(2j * np.pi * np.arange(1, SLOW + 1) * (np.arange(BLOCKS)[:, None] + 0.5)
+                   / BLOCKS)
+    shapes = np.hstack([np.ones((BLOCKS, 1)), strength, turns.real, turns.imag])
     usual = shapes.shape[1] - 2 * SLOW
-    total, many = shapes.T @ score, (shapes * (score ** 2)[:, None]).T @ shapes
+    total, many = shapes.T @ score, (shapes * power[:, None]).T @ shapes
     if not score.any():
         return 0.0
     to = many[usual:, :usual] @ np.linalg.pinv(many[:usual, :usual], hermitian=True)
-    rest, spread = total[usual:] - to @ total[:usual], many[usual:, usual:] - to @ many[:usual,
-                                                                                    usual:]
-    return float(rest @ np.linalg.solve(spread, rest))
+    rest = total[usual:] - to @ total[:usual]
+    return float(rest @ np.linalg.solve(many[usual:, usual:] - to @ many[:usual, usual:], rest))

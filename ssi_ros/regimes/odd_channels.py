@@ -30,19 +30,38 @@ def odd_channels(recordings):
     """Return what `Recordings` show of curves, products and gains, Detections of no effect."""
     if recordings.repeats is not None or recordings.regime != Regime():
         return ()       # motion that is not random has no theory here
-    motions, gains, rate_hz = [], [], recordings.pair.rate_hz
-    for (values, way), errors in zip(recordings.predictors, recordings.prediction_errors):
+    predicted = [(*both, e) for both, e in zip(recordings.predictors,
+                                               recordings.prediction_errors)]
+    found = findings_beside(predicted, recordings.pair.rate_hz,
+                            recordings.full_cut.middles_hz[0], recordings.pair.channels)
+    return tuple(Detection(
+        '', {'channel': f.channel}, f.p_value, f.text, basis=f.family,
+        site=(Site.SENSOR if f.channel else Site.STRUCTURE).value) for f in found)
+
+
+def findings_beside(predicted, rate_hz, lowest_hz, channels):
+    """
+    Return the Findings of a curve, a product and a gain that a record has and a reference not.
+
+    Parameters
+    ----------
+    predicted : sequence of two (ndarray (n, l), Predictor, ndarray (n - k, l))
+        Values of the reference and of the record, the linear prediction of each, and its errors.
+    rate_hz, lowest_hz : float
+        Of the samples, and of the motion that they hold.
+    channels : sequence of str
+        Names of the l channels.
+
+    """
+    motions, gains = [], []
+    for values, way, errors in predicted:
         scaled = (values - values.mean(axis=0)) / way.scale
         motions.append(Motion(scaled, way.adjoint(errors), _level(errors, len(values)), rate_hz))
         # without the first rows, which have no past
-        strength = _strength(scaled, recordings.full_cut.middles_hz[0] / rate_hz)[-len(errors):]
-        gains.append(GainScores(way.gain_scores(values, errors), strength, rate_hz))
-    channels = recordings.pair.channels
-    return tuple(Detection(
-        '', {'channel': f.channel}, f.p_value, f.text, basis=f.family,
-        site=(Site.SENSOR if f.channel else Site.STRUCTURE).value) for f in (
-        curve_beside(*motions, channels), product_beside(*motions, channels),
-        gain_beside(*gains, channels)))
+        strength = _strength(scaled, lowest_hz / rate_hz)[-len(errors):]
+        gains.append(GainScores(way.gain_scores(values, errors), strength))
+    return (curve_beside(*motions, channels), product_beside(*motions, channels),
+            gain_beside(*gains, channels))
 
 
 def _level(errors, rows):
