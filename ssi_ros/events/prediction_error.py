@@ -26,9 +26,9 @@ class Predictor:
 
     def adjoint(self, residual):
         """
-        Return the series v (n, l) whose product with what is added to the channels is its score.
+        Return the series v (n, l) whose product with what the channels hold is its score.
 
-        Half the sum of squares of the prediction errors, (n - k, l), falls by sum v(t) d(t) where
+        Half the sum of squares of the prediction errors, (n - k, l), grows by sum v(t) d(t) where
         d is added to the channels, each over its rms.
         """
         order, turned = len(self.weights), residual @ self.lower

@@ -21,7 +21,7 @@ def follow(kind, size, stiffness, angle, give):
 
 @njit(cache=True, fastmath=True)
 def march(z, poles, drive, kick, angle, speed, give, kinds, sizes, stiffness, substeps, momentum,
-           inertia, inverse, turning, torques, step_s, kick_hub, gyroscopic):
+          inertia, inverse, turning, torques, step_s, kick_hub, gyroscopic):
     """Step through the record; return states, hinge and gyroscopic torques, and hub rates."""
     count, n = drive.shape
     hinges = len(kinds)

@@ -55,7 +55,7 @@ class JointLaw:
         from ssi_ros.model.joint_steps import follow
 
         return follow(KINDS.index(self.kind), self.size, self.stiffness,
-                       np.ascontiguousarray(distance, dtype=float))
+                      np.ascontiguousarray(distance, dtype=float))
 
 
 def simulate_joints(system, duration_s, seed, laws, *, at_rest=False, start_ns=0):
@@ -102,8 +102,8 @@ def simulate_joints(system, duration_s, seed, laws, *, at_rest=False, start_ns=0
                              f'rate_hz={rate_hz:g} (gain {one:.2g} over {MOST_GAIN:g}); raise '
                              'rate_hz')
     states, extra = march(z, sampled.poles, forces @ sampled.b.T, kick,
-                           np.ascontiguousarray(distance), kinds,
-                           np.array([law.size for law in laws], dtype=float), stiffness)
+                          np.ascontiguousarray(distance), kinds,
+                          np.array([law.size for law in laws], dtype=float), stiffness)
     values = ((states @ (sampled.c * sampled.weight).T).real + forces @ sampled.d.T
               + extra @ sampled.d[:, act].T)
     for stage in system.chain:

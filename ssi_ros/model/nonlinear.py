@@ -69,7 +69,7 @@ class HingeLaw:
         from ssi_ros.model.hinge_steps import follow
 
         return follow(KINDS.index(self.kind), self.size, self.stiffness_n_m_rad,
-                       np.ascontiguousarray(angle, dtype=float), give)
+                      np.ascontiguousarray(angle, dtype=float), give)
 
 
 def simulate_nonlinear(system, duration_s, seed, *, laws=(), gyroscopic=False, excitation=None,
