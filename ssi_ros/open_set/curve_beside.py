@@ -1,11 +1,11 @@
 """A channel whose values follow a curve, or a product of others, that they did not before."""
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import combinations
+from itertools import combinations, product
 
 import numpy as np
 from numpy.polynomial.hermite_e import hermeval
-from scipy.fft import rfft
+from scipy.fft import irfft, rfft
 
 from ssi_ros.open_set.curves import ORDERS
 from ssi_ros.open_set.families import calibrated, Finding
@@ -29,8 +29,10 @@ class Motion:
     def steady(self):
         """Motion and adjoint of unit variance at every level, (n, l) each."""
         # a level that varies has a kurtosis too
-        both = [v / self.level[:, None] for v in (self.values, self.adjoint)]
-        return [v / np.where((s := v.std(axis=0)) > 0, s, 1.0) for v in both]
+        values, adjoint = (v / self.level[:, None] for v in (self.values, self.adjoint))
+        # what follows the motion of the same moment follows no curve; it would scatter more there
+        adjoint = adjoint - values @ np.linalg.lstsq(values, adjoint, rcond=None)[0]
+        return [v / np.where((s := v.std(axis=0)) > 0, s, 1.0) for v in (values, adjoint)]
 
     @cached_property
     def adjoint_spectra(self):
@@ -62,8 +64,11 @@ def curve_beside(reference, record, channels):
     def curve(unit, i, order):
         return hermeval(unit[:, i], np.eye(order + 1)[order])
 
-    z = np.array([[_change(reference, record, lambda unit: curve(unit, i, k))[i] for k in ORDERS]
-                  for i in range(len(channels))])
+    z = np.zeros((len(channels), len(ORDERS)))
+    for i, (j, k) in product(range(len(channels)), enumerate(ORDERS)):
+        (before, spread), (now, more) = ((x[i], y[i] * _both_ways(m, i, k)) for m in (
+            reference, record) for x, y in (_correlations(m, curve(m.steady[0], i, k)),))
+        z[i, j] = (now - before) / np.hypot(spread, more)
     p_values = chi2.sf(np.sum(z ** 2, axis=1), len(ORDERS))
     i = int(np.argmin(p_values))
     duration_s = min(len(m.values) / m.rate_hz for m in (reference, record))
@@ -107,6 +112,19 @@ def _alone(motion, curve, i):
     rest = np.delete((z - alike * z[i]) ** 2 / np.maximum(1 - alike ** 2, LEAST_REST), i)
     # what is large is foreseen with an error of its own size
     return chi2.sf(rest.sum(), len(rest)) > CHANCE or rest.sum() < SOME * z[i] ** 2
+
+
+def _both_ways(motion, i, order):
+    """Return the scatter of a correlation with a polynomial over that of what is independent."""
+    # cov(He_k(y) v) = k! r^k R + k k! r^(k - 1) c(t) c(-t), of Gaussian y and v
+    n = len(motion.level)
+    y, v = rfft(motion.steady[0][:, i]), motion.adjoint_spectra[:, i]
+    alike, own, crossed = (irfft(x, n) / n for x in (np.abs(y) ** 2, np.abs(v) ** 2,
+                                                     y.conj() * v))
+    back = np.roll(crossed[::-1], 1)
+    least = np.sum(alike ** order * own)
+    more = order * np.sum(alike ** (order - 1) * crossed * back)
+    return float(np.sqrt(1 + max(more, 0.0) / max(least, 1e-300)))
 
 
 def _change(reference, record, curve_of):
