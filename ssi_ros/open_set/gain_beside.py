@@ -7,6 +7,8 @@ from ssi_ros.open_set.families import Finding
 from ssi_ros.open_set.products import SLOW
 from ssi_ros.tails import chi2
 
+# of motion that makes the tails of short records heavy: python -m validation.gap_odd_channels
+SHORT_S = 60.0
 BLOCKS = 1000           # of a recording, within which what is slow is one value
 
 
@@ -16,6 +18,7 @@ class GainScores:
 
     scores: np.ndarray      # (n, l), without correlation in time where no gain varies
     strength: np.ndarray    # (n, l, s), slow powers of the motion of each channel
+    duration_s: float
 
 
 def gain_beside(reference, record, channels):
@@ -43,7 +46,8 @@ def gain_beside(reference, record, channels):
     # as much as it varied in the reference is usual
     p_values = chi2.sf(now / np.maximum(1.0, before / (2 * SLOW)), 2 * SLOW)
     i = int(np.argmin(p_values))
-    return Finding('gain', min(1.0, float(len(p_values) * p_values[i])),
+    short = 1 + SHORT_S / min(g.duration_s for g in (reference, record))
+    return Finding('gain', float(min(1.0, len(p_values) * p_values[i]) ** (1 / short)),
                    f'The gain of channel {channels[i]} varies slowly, and did not before.',
                    channels[i])
 

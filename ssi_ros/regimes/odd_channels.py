@@ -59,7 +59,8 @@ def findings_beside(predicted, rate_hz, lowest_hz, channels):
         motions.append(Motion(scaled, way.adjoint(errors), _level(errors, len(values)), rate_hz))
         # without the first rows, which have no past
         strength = _strength(scaled, lowest_hz / rate_hz)[-len(errors):]
-        gains.append(GainScores(way.gain_scores(values, errors), strength))
+        gains.append(GainScores(way.gain_scores(values, errors), strength,
+                                len(values) / rate_hz))
     return (curve_beside(*motions, channels), product_beside(*motions, channels),
             gain_beside(*gains, channels))
 
