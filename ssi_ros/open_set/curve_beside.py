@@ -1,7 +1,7 @@
 """A channel whose values follow a curve, or a product of others, that they did not before."""
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import combinations, product
+from itertools import combinations
 
 import numpy as np
 from numpy.polynomial.hermite_e import hermeval
@@ -34,6 +34,14 @@ class Motion:
         adjoint = adjoint - values @ np.linalg.lstsq(values, adjoint, rcond=None)[0]
         return [v / np.where((s := v.std(axis=0)) > 0, s, 1.0) for v in (values, adjoint)]
 
+    def polynomial(self, i, order):
+        """Return the Hermite polynomial of channel `i`, (n,)."""
+        return hermeval(self.steady[0][:, i], np.eye(order + 1)[order])
+
+    def product(self, pair):
+        """Return the product of two channels, (n,)."""
+        return np.prod(self.steady[0][:, pair], axis=1)
+
     @cached_property
     def adjoint_spectra(self):
         """Spectra of that adjoint, (f, l)."""
@@ -58,17 +66,11 @@ def curve_beside(reference, record, channels):
     Returns
     -------
     Finding
-        Of the family 'curve'.
+        Of the family 'curve of a channel'.
 
     """
-    def curve(unit, i, order):
-        return hermeval(unit[:, i], np.eye(order + 1)[order])
-
-    z = np.zeros((len(channels), len(ORDERS)))
-    for i, (j, k) in product(range(len(channels)), enumerate(ORDERS)):
-        (before, spread), (now, more) = ((x[i], y[i] * _both_ways(m, i, k)) for m in (
-            reference, record) for x, y in (_correlations(m, curve(m.steady[0], i, k)),))
-        z[i, j] = (now - before) / np.hypot(spread, more)
+    z = np.array([[_change(*(_with_curve(m, i, k) for m in (reference, record))) for k in ORDERS]
+                  for i in range(len(channels))])
     p_values = chi2.sf(np.sum(z ** 2, axis=1), len(ORDERS))
     i = int(np.argmin(p_values))
     duration_s = min(len(m.values) / m.rate_hz for m in (reference, record))
@@ -78,30 +80,33 @@ def curve_beside(reference, record, channels):
     how = 'one side differs from the other' if np.sum(z[i] ** 2 * np.subtract(1, odd)) > np.sum(
         z[i] ** 2 * odd) else f'its large motion is too {"large" if cubic > 0 else "small"}'
     order = ORDERS[int(np.argmax(np.abs(z[i])))]
-    alone = _alone(record, curve(record.steady[0], i, order), i)
-    return Finding('curve', p_value, f'Channel {channels[i]} follows a curve, no straight line, '
-                   f'and did not before: {how}.' if alone else
-                   f'A force follows a curve of channel {channels[i]}, and did not before.',
-                   channels[i] if alone else '')
+    alone = _alone(record, record.polynomial(i, order), i)
+    text = f'Channel {channels[i]} follows a curve, no straight line, and did not before: {how}.'
+    if not alone:
+        text = f'A force follows a curve of channel {channels[i]}, and did not before.'
+    return Finding('curve of a channel', p_value, text, channels[i] if alone else '')
 
 
 def product_beside(reference, record, channels):
     """Return the Finding of the channel that holds a product of two others, as `curve_beside`."""
     pairs = list(combinations(range(len(channels)), 2))
     if not pairs:
-        return Finding('product', 1.0, 'One channel has no product with others.')
-    z = np.array([_change(reference, record, lambda unit: unit[:, j] * unit[:, k])
-                  for j, k in pairs])
+        return Finding('product of channels', 1.0, 'One channel has no product with others.')
+    z = np.array([_change(*(_correlations(m, m.product(p)) for m in (reference, record)))
+                  for p in pairs])
     at, i = np.unravel_index(np.argmax(np.abs(z)), z.shape)
     one, two = (channels[k] for k in pairs[at])
-    alone = _alone(record, np.prod(record.steady[0][:, pairs[at]], axis=1), i)
+    alone = _alone(record, record.product(pairs[at]), i)
     what = f'Channel {channels[i]} holds' if alone else 'A force follows'
-    return Finding('product', two_sided(z, z.size), f'{what} a product of {one} and {two}, and '
-                   'did not before.', channels[i] if alone else '')
+    return Finding('product of channels', two_sided(z, z.size),
+                   f'{what} a product of {one} and {two}, and did not before.',
+                   channels[i] if alone else '')
 
 
 def _alone(motion, curve, i):
     """Return whether a curve (n,) is in channel `i` alone, so that no force makes it."""
+    if motion.values.shape[1] == 1:
+        return True
     seen, scatter = _correlations(motion, curve)
     z = seen / scatter
     # adjoints of channels are correlated, and what one holds is seen in all
@@ -127,10 +132,15 @@ def _both_ways(motion, i, order):
     return float(np.sqrt(1 + max(more, 0.0) / max(least, 1e-300)))
 
 
-def _change(reference, record, curve_of):
-    """Return by how many deviations correlations of adjoints with a curve changed, (l,)."""
-    (before, spread), (now, more) = (_correlations(m, curve_of(m.steady[0]))
-                                     for m in (reference, record))
+def _with_curve(motion, i, order):
+    """Return the correlation of an adjoint with a polynomial of its channel, and its scatter."""
+    seen, scatter = _correlations(motion, motion.polynomial(i, order))
+    return seen[i], scatter[i] * _both_ways(motion, i, order)
+
+
+def _change(reference, record):
+    """Return by how many deviations correlations differ, each with its scatter."""
+    (before, spread), (now, more) = reference, record
     return (now - before) / np.hypot(spread, more)
 
 

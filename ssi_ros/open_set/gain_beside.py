@@ -38,7 +38,7 @@ def gain_beside(reference, record, channels):
     Returns
     -------
     Finding
-        Of the family 'gain'.
+        Of the family 'gain in time'.
 
     """
     before, now = (np.array([_slow(g, i) for i in range(len(channels))])
@@ -47,7 +47,7 @@ def gain_beside(reference, record, channels):
     p_values = chi2.sf(now / np.maximum(1.0, before / (2 * SLOW)), 2 * SLOW)
     i = int(np.argmin(p_values))
     short = 1 + SHORT_S / min(g.duration_s for g in (reference, record))
-    return Finding('gain', float(min(1.0, len(p_values) * p_values[i]) ** (1 / short)),
+    return Finding('gain in time', float(min(1.0, len(p_values) * p_values[i]) ** (1 / short)),
                    f'The gain of channel {channels[i]} varies slowly, and did not before.',
                    channels[i])
 

@@ -35,7 +35,7 @@ def odd_channels(recordings):
     found = findings_beside(predicted, recordings.pair.rate_hz,
                             recordings.full_cut.middles_hz[0], recordings.pair.channels)
     return tuple(Detection(
-        '', {'channel': f.channel}, f.p_value, f.text, basis=f.family,
+        '', {'channel': f.channel}, min(1.0, len(found) * f.p_value), f.text, basis=f.family,
         site=(Site.SENSOR if f.channel else Site.STRUCTURE).value) for f in found)
 
 

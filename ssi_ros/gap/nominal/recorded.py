@@ -96,7 +96,7 @@ class RecordedComparison(Comparison):
             # an event is where it is: nothing else that is steady makes it
             p_value = float(min([norm.sf(gap.deviations), self._unmoved(fit),
                                  *[d.p_value for d in rest if len(d.times)]]))
-            joined = min([p_value, *[len(odd) * d.p_value for d in odd]])
+            joined = min([p_value, *[d.p_value for d in odd]])
             return Residual(None, tuple(rest), odd, gap, joined, p_value)
         test = recordings.score_test
         p_values = [test.p_value, norm.sf(self.gap.deviations), shift.p_value]
