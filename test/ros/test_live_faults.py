@@ -131,13 +131,19 @@ def test_a_grid_given_up_forgets_no_loss(bench):
         sender.send(rows[k:k + 1], stamps[k:k + 1], skip=(1,))
         sender.send(rows[k + 1:k + 5], stamps[k + 1:k + 5])
     bench.wait(said(health, 'channel b', '100.00 Hz'))
+
+    def values_of_b():
+        """Return the numbers of the newest status of channel b."""
+        return {v.key: v.value for v in status_of(health, 'channel b').values}
+    # all of it has come before the grid is given up
+    bench.wait(lambda: int(values_of_b()['received']) >= 400)
     far = START_NS + 10 ** 10 + np.arange(12, dtype=np.int64) * 500 * 10 ** 9
     sender.send(rows[:12], far)
     bench.wait(lambda: 'the window begins anew' in bench.words('identifier'))
 
     def counted():
         """Return whether a status of after the grid was given up still knows of the loss."""
-        values = {v.key: v.value for v in status_of(health, 'channel b').values}
+        values = values_of_b()
         return int(values['received']) >= 412 and int(values['missing']) >= 90
     bench.wait(counted)
     bench.wait(lambda: re.search(r'samples missing in \d+ s \(.*b: \d{2,}',
