@@ -46,11 +46,10 @@ class Predictor:
         """
         order, scaled = len(self.weights), values / self.scale
         known = scaled[order:] - np.linalg.solve(self.lower, residual.T).T
-        turned, scores = residual @ self.lower, np.empty_like(residual)
-        for i in range(scaled.shape[1]):
-            past = np.lib.stride_tricks.sliding_window_view(scaled[:-1, i], order)[:, ::-1]
-            scores[:, i] = known[:, i] * turned[:, i] - np.einsum(
-                'ij,ij->i', past @ self.weights[:, i], turned)
+        turned = residual @ self.lower
+        scores = known * turned
+        for k, weight in enumerate(self.weights, 1):
+            scores -= scaled[order - k:len(scaled) - k] * (turned @ weight.T)
         return scores
 
     def slew_normalised(self, values, residual):

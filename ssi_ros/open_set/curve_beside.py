@@ -69,7 +69,7 @@ def curve_beside(reference, record, channels):
         Of the family 'curve of a channel'.
 
     """
-    z = np.array([[_change(*(_with_curve(m, i, k) for m in (reference, record))) for k in ORDERS]
+    z = np.array([_change(*(_with_curves(m, i) for m in (reference, record)))
                   for i in range(len(channels))])
     p_values = chi2.sf(np.sum(z ** 2, axis=1), len(ORDERS))
     i = int(np.argmin(p_values))
@@ -119,23 +119,21 @@ def _alone(motion, curve, i):
     return chi2.sf(rest.sum(), len(rest)) > CHANCE or rest.sum() < SOME * z[i] ** 2
 
 
-def _both_ways(motion, i, order):
-    """Return the scatter of a correlation with a polynomial over that of what is independent."""
-    # cov(He_k(y) v) = k! r^k R + k k! r^(k - 1) c(t) c(-t), of Gaussian y and v
+def _with_curves(motion, i):
+    """Return the correlations of an adjoint with the polynomials of its channel, and scatters."""
+    found = [_correlations(motion, motion.polynomial(i, k)) for k in ORDERS]
+    seen, scatter = np.array(found)[:, :, i].T
+    # Gaussian y and v: cov(He_k(y) v) = k! r^k R + k k! r^(k - 1) c(t) c(-t), where the scatter
+    # at other shifts has the first alone
     n = len(motion.level)
     y, v = rfft(motion.steady[0][:, i]), motion.adjoint_spectra[:, i]
     alike, own, crossed = (irfft(x, n) / n for x in (np.abs(y) ** 2, np.abs(v) ** 2,
                                                      y.conj() * v))
-    back = np.roll(crossed[::-1], 1)
-    least = np.sum(alike ** order * own)
-    more = order * np.sum(alike ** (order - 1) * crossed * back)
-    return float(np.sqrt(1 + max(more, 0.0) / max(least, 1e-300)))
-
-
-def _with_curve(motion, i, order):
-    """Return the correlation of an adjoint with a polynomial of its channel, and its scatter."""
-    seen, scatter = _correlations(motion, motion.polynomial(i, order))
-    return seen[i], scatter[i] * _both_ways(motion, i, order)
+    both_ways = crossed * np.roll(crossed[::-1], 1)
+    first, second = (np.array([np.sum(alike ** (k - p) * x) for k in ORDERS])
+                     for p, x in ((0, own), (1, both_ways)))
+    share = ORDERS * np.maximum(second, 0.0) / np.maximum(first, 1e-300)
+    return seen, scatter * np.sqrt(1 + share)
 
 
 def _change(reference, record):

@@ -54,13 +54,14 @@ def gain_beside(reference, record, channels):
 
 def _slow(of, i):
     """Return the square of the deviations of cosines and sines of one gain, `SLOW` of each."""
-    begins = np.linspace(0, len(of.scores), BLOCKS, endpoint=False).astype(int)
+    blocks = min(BLOCKS, len(of.scores))
+    begins = np.linspace(0, len(of.scores), blocks, endpoint=False).astype(int)
     lengths = np.diff(begins, append=len(of.scores))[:, None]
     score, power = (np.add.reduceat(of.scores[:, i] ** k, begins) for k in (1, 2))
     strength = np.add.reduceat(of.strength[:, i], begins) / lengths
-    turns = np.exp(2j * np.pi * np.arange(1, SLOW + 1) * (np.arange(BLOCKS)[:, None] + 0.5)
-                   / BLOCKS)
-    shapes = np.hstack([np.ones((BLOCKS, 1)), strength, turns.real, turns.imag])
+    turns = np.exp(2j * np.pi * np.arange(1, SLOW + 1) * (np.arange(blocks)[:, None] + 0.5)
+                   / blocks)
+    shapes = np.hstack([np.ones((blocks, 1)), strength, turns.real, turns.imag])
     usual = shapes.shape[1] - 2 * SLOW
     total, many = shapes.T @ score, (shapes * power[:, None]).T @ shapes
     if not score.any():
