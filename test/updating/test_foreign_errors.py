@@ -5,6 +5,7 @@ from functools import lru_cache
 from examples.shear_building import shear_building
 import numpy as np
 import pytest
+from slope_quotients import assert_slopes_are_quotients
 from ssi_ros.cli.main import main
 from ssi_ros.effects import inject, parse_effect, simulate_setup
 from ssi_ros.gap.candidate import Candidate
@@ -13,13 +14,11 @@ from ssi_ros.gap.nominal.model import ModelNominal
 from ssi_ros.gap.nominal.simulator import Simulator
 from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.gap.spectra.segmentation import make_frame
-from ssi_ros.hermitian import real_vectors, white
 from ssi_ros.model import save_model
 from ssi_ros.model.errors import Calibration, declared
 from ssi_ros.model.modal_errors import modal_uncertainty
 from ssi_ros.updating.calibrate import calibrate
 from ssi_ros.updating.compensation import Compensation
-from ssi_ros.updating.slopes import plain_slopes, slopes
 
 SECONDS = 1800.0
 SOFT = 'connection_stiffness:freedom=floor_2,to=floor_3,share=-0.08'
@@ -53,18 +52,7 @@ def record(seed, *texts):
 def test_derivatives_are_those_of_difference_quotients(text):
     """Of accelerations and a displacement, by all errors, those of the inputs as well."""
     frame = make_frame(36000, 20.0, DiagnosisSettings(segment_s=60.0, band_bins=1))
-    simulator = Simulator(twin(), frame, SECONDS)
-    candidate = Candidate((parse_effect(text),) if text else ())
-    stds = declared(model())[1]
-    base = simulator.expected(candidate)
-    levels = np.linspace(0.7, 1.4, len(base.names))
-    lower = np.linalg.inv(np.linalg.cholesky(base.at(levels)))
-    rows = plain_slopes(simulator, levels, stds, candidate).whitened(lower[0])
-    quotients = np.array([real_vectors(white(lower, change))[0] for change in slopes(
-        simulator, base.at(levels), levels, stds, candidate)])
-    # 1 %: a quotient over 1e-3 of a deviation, and single precision
-    assert np.all(np.linalg.norm(rows - quotients, axis=1)
-                  <= 0.01 * np.linalg.norm(quotients, axis=1) + 1e-4)
+    assert_slopes_are_quotients(Simulator(twin(), frame, SECONDS), declared(model())[1], text)
 
 
 def test_errors_take_back_what_an_effect_moves():

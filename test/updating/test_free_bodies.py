@@ -4,19 +4,18 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
+from slope_quotients import assert_slopes_are_quotients
 from ssi_ros.effects import effect_class, inject, parse_effect, places, simulate_setup
 from ssi_ros.effects.points import amplitude_between
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.nominal.simulator import Simulator
 from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.gap.spectra.segmentation import make_frame
-from ssi_ros.hermitian import real_vectors, white
 from ssi_ros.model.errors import Calibration, declared
 from ssi_ros.model.linear_model import Channel, Input, LinearModel
 from ssi_ros.model.modal_errors import modal_uncertainty
 from ssi_ros.updating.calibrate import calibrate
 from ssi_ros.updating.fit import fit_errors
-from ssi_ros.updating.slopes import plain_slopes, slopes
 
 SECONDS = 300.0
 NAMES = tuple('abcd')
@@ -59,18 +58,7 @@ def test_a_rigid_motion_has_no_errors_of_frequency_or_damping():
 def test_derivatives_are_those_of_difference_quotients(text):
     """Of a free structure, whose plant has its modes as states."""
     frame = make_frame(7500, 25.0, DiagnosisSettings(segment_s=20.0, band_bins=1))
-    simulator = Simulator(twin(), frame, SECONDS)
-    candidate = Candidate((parse_effect(text),) if text else ())
-    stds = declared(model())[1]
-    base = simulator.expected(candidate)
-    levels = np.linspace(0.7, 1.4, len(base.names))
-    lower = np.linalg.inv(np.linalg.cholesky(base.at(levels)))
-    rows = plain_slopes(simulator, levels, stds, candidate).whitened(lower[0])
-    quotients = np.array([real_vectors(white(lower, change))[0] for change in slopes(
-        simulator, base.at(levels), levels, stds, candidate)])
-    # 1 %: a quotient over 1e-3 of a deviation, and single precision
-    assert np.all(np.linalg.norm(rows - quotients, axis=1)
-                  <= 0.01 * np.linalg.norm(quotients, axis=1) + 1e-4)
+    assert_slopes_are_quotients(Simulator(twin(), frame, SECONDS), declared(model())[1], text)
 
 
 @pytest.mark.parametrize('name', ['connection_friction', 'connection_play'])
