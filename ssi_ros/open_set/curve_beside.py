@@ -47,6 +47,11 @@ class Motion:
         """Spectra of that adjoint, (f, l)."""
         return rfft(self.steady[1], axis=0)
 
+    @cached_property
+    def adjoint_power(self):
+        """Squares of their sizes, (f, l)."""
+        return np.abs(self.adjoint_spectra) ** 2
+
 
 def curve_beside(reference, record, channels):
     """
@@ -112,7 +117,7 @@ def _alone(motion, curve, i):
     # adjoints of channels are correlated, and what one holds is seen in all
     of, spectra = np.abs(rfft(curve - curve.mean())) ** 2, motion.adjoint_spectra
     both = of @ (spectra[:, [i]].conj() * spectra).real
-    power = of @ np.abs(spectra) ** 2
+    power = of @ motion.adjoint_power
     alike = both / np.sqrt(np.maximum(power * power[i], 1e-300))
     rest = np.delete((z - alike * z[i]) ** 2 / np.maximum(1 - alike ** 2, LEAST_REST), i)
     # what is large is foreseen with an error of its own size
@@ -127,8 +132,8 @@ def _with_curves(motion, i):
     # at other shifts has the first alone
     n = len(motion.level)
     y, v = rfft(motion.steady[0][:, i]), motion.adjoint_spectra[:, i]
-    alike, own, crossed = (irfft(x, n) / n for x in (np.abs(y) ** 2, np.abs(v) ** 2,
-                                                     y.conj() * v))
+    alike, own, crossed = (irfft(x, n) / n for x in (
+        np.abs(y) ** 2, motion.adjoint_power[:, i], y.conj() * v))
     both_ways = crossed * np.roll(crossed[::-1], 1)
     first, second = (np.array([np.sum(alike ** (k - p) * x) for k in ORDERS])
                      for p, x in ((0, own), (1, both_ways)))
@@ -147,5 +152,5 @@ def _correlations(motion, curve):
     n, curve = len(curve), curve - curve.mean()
     curve = curve / max(curve.std(), 1e-300)
     # the mean square over all shifts in time is that of chance: few of them are near 0
-    power = np.abs(rfft(curve)) ** 2 @ np.abs(motion.adjoint_spectra) ** 2
+    power = np.abs(rfft(curve)) ** 2 @ motion.adjoint_power
     return motion.steady[1].T @ curve / n, np.maximum(np.sqrt(2 * power) / n ** 2, 1e-300)

@@ -115,7 +115,12 @@ def calibrated(family, p_value, duration_s):
     """Return the p-value that records of that length, without effect, give to such a theory's."""
     factor, power = FAMILIES[family]
     found = min(1.0, factor * max(p_value, LEAST) ** power)
-    return float(found ** (1 / (1 + SHORT_S.get(family, 0.0) / duration_s)))
+    return of_short_record(found, SHORT_S.get(family, 0.0), duration_s)
+
+
+def of_short_record(p_value, short_s, duration_s):
+    """Return the p-value of a record whose tails are heavier the shorter it is."""
+    return float(p_value ** (1 / (1 + short_s / duration_s)))
 
 
 def beside(p_value, family, simulated):

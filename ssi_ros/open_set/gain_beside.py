@@ -3,7 +3,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ssi_ros.open_set.families import Finding
+from ssi_ros.open_set.families import Finding, of_short_record
 from ssi_ros.open_set.products import SLOW
 from ssi_ros.tails import chi2
 
@@ -46,8 +46,9 @@ def gain_beside(reference, record, channels):
     # as much as it varied in the reference is usual
     p_values = chi2.sf(now / np.maximum(1.0, before / (2 * SLOW)), 2 * SLOW)
     i = int(np.argmin(p_values))
-    short = 1 + SHORT_S / min(g.duration_s for g in (reference, record))
-    return Finding('gain in time', float(min(1.0, len(p_values) * p_values[i]) ** (1 / short)),
+    p_value = of_short_record(min(1.0, len(p_values) * p_values[i]), SHORT_S,
+                              min(g.duration_s for g in (reference, record)))
+    return Finding('gain in time', p_value,
                    f'The gain of channel {channels[i]} varies slowly, and did not before.',
                    channels[i])
 
