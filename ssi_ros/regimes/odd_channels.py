@@ -7,9 +7,11 @@ from ssi_ros.effects.registry import modal_forms
 from ssi_ros.events.prediction_error import slow
 from ssi_ros.gap.comparison import Detection
 from ssi_ros.open_set.curve_beside import curve_beside, Motion, product_beside
+from ssi_ros.open_set.force_beside import Driven, FAMILY, force_beside
 from ssi_ros.open_set.gain_beside import gain_beside, GainScores
 from ssi_ros.regimes.regime import Regime
 
+FAULTY = 1e-3           # p-value of a channel that follows a curve by itself
 INTEGRALS = 0, 1, 2     # of an acceleration, whose strengths a nonlinear force may follow
 
 
@@ -26,8 +28,13 @@ def keeps_channels(names):
                and ModalPattern.SAMPLE_VALUES not in effect_class(n).patterns for n in names)
 
 
+def is_steady(names):
+    """Return whether effects leave a linear structure linear: its modes may be elsewhere."""
+    return keeps_channels(names) and not any(effect_class(n).nonlinear for n in names)
+
+
 def odd_channels(recordings):
-    """Return what `Recordings` show of curves, products and gains, Detections of no effect."""
+    """Return what `Recordings` show of curves, products, gains and forces, of no effect."""
     if recordings.repeats is not None or recordings.regime != Regime():
         return ()       # motion that is not random has no theory here
     predicted = [(*both, e) for both, e in zip(recordings.predictors,
@@ -41,7 +48,7 @@ def odd_channels(recordings):
 
 def findings_beside(predicted, rate_hz, lowest_hz, channels):
     """
-    Return the Findings of a curve, a product and a gain that a record has and a reference not.
+    Return the Findings of a curve, product, gain and force that a record has, a reference not.
 
     Parameters
     ----------
@@ -53,7 +60,7 @@ def findings_beside(predicted, rate_hz, lowest_hz, channels):
         Names of the l channels.
 
     """
-    motions, gains = [], []
+    motions, gains, driven = [], [], []
     for values, way, errors in predicted:
         scaled = (values - values.mean(axis=0)) / way.scale
         motions.append(Motion(scaled, way.adjoint(errors), _level(errors, len(values)), rate_hz))
@@ -61,8 +68,12 @@ def findings_beside(predicted, rate_hz, lowest_hz, channels):
         strength = _strength(scaled, lowest_hz / rate_hz)[-len(errors):]
         gains.append(GainScores(way.gain_scores(values, errors), strength,
                                 len(values) / rate_hz))
-    return (curve_beside(*motions, channels), product_beside(*motions, channels),
-            gain_beside(*gains, channels))
+        driven.append(Driven(scaled * way.scale, errors, rate_hz, lowest_hz))
+    found = (curve_beside(*motions, channels), product_beside(*motions, channels),
+             gain_beside(*gains, channels))
+    # what a channel alone makes of its values is in what follows it, and no force
+    wrong = {f.channel for f in found if f.p_value < FAULTY} - {''}
+    return *found, force_beside(*driven, channels, wrong)
 
 
 def _level(errors, rows):

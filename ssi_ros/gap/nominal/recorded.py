@@ -21,7 +21,8 @@ from ssi_ros.gap.nominal.recordings import prepare
 from ssi_ros.gap.nominal.thresholds import LIMITS
 from ssi_ros.integrity.fault import as_reason
 from ssi_ros.records import Samples
-from ssi_ros.regimes.odd_channels import is_linear, keeps_channels
+from ssi_ros.open_set.force_beside import FAMILY as FORCE
+from ssi_ros.regimes.odd_channels import is_linear, is_steady, keeps_channels
 from ssi_ros.tails import norm
 
 FIRST_STEPS = 4         # of a fit, before the best are chosen
@@ -109,10 +110,14 @@ class RecordedComparison(Comparison):
     def _odd(self, fit):
         """Return Detections of what channels do that a fit, or nothing at all, makes of none."""
         names, found = fit.candidate.names, self.recordings.odd_channels
+        seen = {d.effect for d in self.recordings.detections[0] if not d.weak}
+        if not keeps_channels(seen):    # events ring, and motion that is not Gaussian has curves
+            found = tuple(d for d in found if d.basis != FORCE)
         if names and is_linear(names):
             return found
-        seen = {d.effect for d in self.recordings.detections[0] if not d.weak}
         # a structure may be as nonlinear as it was, at another level or where it is now
+        if names and is_steady(names) and (new := tuple(d for d in found if d.basis == FORCE)):
+            return new
         if self.recordings.clear_level or not keeps_channels(seen.intersection(names)) or (
                 names and self.gap.deviations > LIMITS.inside.value):
             return ()

@@ -1,0 +1,175 @@
+"""A force that follows the motion along a curve, as it did not in an earlier recording."""
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import combinations, product
+
+import numpy as np
+from scipy.fft import irfft, rfft
+from scipy.linalg import toeplitz
+
+from ssi_ros.events.prediction_error import slow
+from ssi_ros.open_set.families import Finding, of_short_record
+from ssi_ros.tails import chi2
+
+FAMILY = 'nonlinear force'
+VELOCITY, DISPLACEMENT = 1, 2   # integrals of an acceleration
+ORDERS = 2, 3           # even and odd
+LAGS = 8                # rows in which a force is seen in what its past does not predict
+PAIRED = 8              # channels of which every two are taken
+LARGE = 3.0             # rms of the motion beyond which it counts as that: few large values
+ALIKE = 0.1             # of a correlation, by which it may change
+BEFORE = 1e-3           # p-value below which the reference has a nonlinear force too
+LEAST_RANK = 0.01       # of the largest variance of lags: the rest cannot be told from them
+SEGMENT = 4096          # rows of which spectra are smooth enough
+BINS, ABOVE_NOISE = 24, 4.0     # of a spectrum, and its least power that is no noise
+CYCLES = 60             # of the slowest motion: fewer are no sample of a distribution
+SHORT_S = 20.0          # python -m validation.gap_odd_channels
+DAMPING = 0.7           # of the integrals, which forget
+
+
+@dataclass(frozen=True, eq=False)
+class Driven:
+    """Accelerations of l channels, and what their past does not predict."""
+
+    values: np.ndarray      # (n, l), without their means
+    errors: np.ndarray      # (n - k, l), white
+    rate_hz: float
+    lowest_hz: float
+
+    @cached_property
+    def spectra(self):
+        """Spectra of the channels, (f, l), of twice the rows: filters do not come round."""
+        return rfft(self.values, 2 * len(self.values), axis=0)
+
+    @cached_property
+    def frequencies_hz(self):
+        """Frequencies of those, (f,)."""
+        return np.fft.rfftfreq(2 * len(self.values), 1 / self.rate_hz)
+
+    @cached_property
+    def corners_hz(self):
+        """Lowest frequency at which every channel is above its noise, (l,)."""
+        lowest = max(self.lowest_hz, CYCLES * self.rate_hz / len(self.values))
+        edges = np.geomspace(lowest, self.rate_hz / 2, BINS + 1)
+        begins = np.searchsorted(self.frequencies_hz, edges)
+        power = np.add.reduceat(np.abs(self.spectra) ** 2, begins[:-1], axis=0)
+        power /= np.diff(begins)[:, None]
+        seen = power > ABOVE_NOISE * power.min(axis=0)
+        return edges[np.argmax(seen[:-1] & seen[1:], axis=0)]
+
+    @cached_property
+    def new(self):
+        """What is new, at every level of the inputs alike, (n - k, l), and its spectra."""
+        new = self.errors / np.sqrt(slow(np.mean(self.errors ** 2, axis=1)))[:, None]
+        new = np.clip(new, -LARGE, LARGE)
+        new = new - new.mean(axis=0)
+        return new, _power(new)
+
+    def curves(self, points, integrals):
+        """Return an even and an odd curve of how channels move, two of them against each other."""
+        weights = np.zeros(len(self.corners_hz))
+        weights[list(points)] = (1.0, -1.0)[:len(points)]
+        # the past alone, so that what is new has no correlation with it, whatever the levels are
+        corner = 2 * np.pi * self.corners_hz[list(points)].max()
+        turn = np.exp(-2j * np.pi * self.frequencies_hz / self.rate_hz)
+        s = 2 * self.rate_hz * (1 - turn) / np.where(np.abs(1 + turn) > 0, 1 + turn, 1e-9)
+        filtered = s ** (2 - integrals) / (s ** 2 + 2 * DAMPING * corner * s + corner ** 2)
+        motion = irfft(self.spectra @ weights * filtered)[:len(self.values)][-len(self.errors):]
+        motion = motion / np.sqrt(np.maximum(slow(motion ** 2), 1e-300))
+        motion = np.clip(motion, -LARGE, LARGE)
+        for order in ORDERS:
+            curve = motion ** order
+            # a straight line is none, of motion whose level varies too
+            curve -= curve.mean() + (curve @ motion) / (motion @ motion) * motion
+            yield curve / max(curve.std(), 1e-300)
+
+    def correlations(self, curve):
+        """Return those of what is new with a curve before, (g, l), and their covariance."""
+        new, powers = self.new
+        n = len(curve)
+        seen = np.array([new[k:].T @ curve[:n - k] for k in range(LAGS)]) / n
+        # those that chance makes at all shifts in time
+        power = _power(curve[:, None])
+        shared = irfft(power * powers, axis=0)[:LAGS] / (_total(power) * _total(powers))
+        return seen, shared * new.var(axis=0) / n
+
+
+def force_beside(reference, record, channels, sensors=()):
+    """
+    Return the Finding of a force that follows the motion along a curve, eq. (188c).
+
+    Of a linear structure under any forces, what is new has no correlation with anything before;
+    beside a nonlinear one it follows a polynomial of a displacement or of a velocity, at once and
+    for some rows. Motion near the force is known by channels and by differences of two of them.
+
+    Parameters
+    ----------
+    reference, record : Driven
+        Of the same channels.
+    channels : sequence of str
+        Their names.
+    sensors : sequence of str, optional
+        Channels that follow a curve alone: what theirs make of the rest is no force.
+
+    Returns
+    -------
+    Finding
+        Of the family 'nonlinear force'; of a reference that has such a force already, p is 1.
+
+    """
+    width = len(channels)
+    points = [(i,) for i in range(width) if channels[i] not in sensors]
+    points += [p for p in combinations(range(width), 2) if width <= PAIRED
+               and not {channels[i] for i in p} & set(sensors)]
+    keys = list(product(points, (VELOCITY, DISPLACEMENT)))
+    if not keys:
+        return Finding(FAMILY, 1.0, 'No channel was asked for a force.')
+    found = np.array([_tests(*(m.curves(*key) for m in (reference, record)), reference, record)
+                      for key in keys])
+    duration_s = min(len(m.values) / m.rate_hz for m in (reference, record))
+    before, now = (of_short_record(min(1.0, p.size * p.min()), SHORT_S, duration_s)
+                   for p in found.transpose(2, 0, 1))
+    at, order = np.unravel_index(np.argmin(found[:, :, 1]), found.shape[:2])
+    named = [channels[i] for i in keys[at][0]]
+    how = f'channels {named[0]} and {named[1]} move against each other' if len(named) == 2 else (
+        f'channel {named[0]} moves')
+    curve = ('one direction differs from the other', 'large motion differs from small')[order]
+    return Finding(FAMILY, 1.0 if before < BEFORE else now,
+                   f'A force in the structure depends on how {how} along a curve, no straight '
+                   f'line, and did not before: {curve}.')
+
+
+def _tests(curves_before, curves_now, reference, record):
+    """Return p-values of the reference and of the change, (2,), for every order."""
+    found = []
+    for one, two in zip(curves_before, curves_now):
+        (before, scatter), (now, more) = (m.correlations(c) for m, c in (
+            (reference, one), (record, two)))
+        found.append((_chance(before, scatter),
+                      _chance(now - before, scatter + more, ALIKE * before)))
+    return found
+
+
+def _chance(seen, scatter, usual=None):
+    """Return the p-value of correlations (g, l), whose covariances over lags are `scatter`."""
+    squares = freedom = 0
+    for i, numbers in enumerate(seen.T):
+        covariance = toeplitz(scatter[:, i])
+        if usual is not None:
+            covariance = covariance + np.outer(usual[:, i], usual[:, i])
+        values, vectors = np.linalg.eigh(covariance)
+        known = values > LEAST_RANK * values.max()
+        squares += np.sum((numbers @ vectors[:, known]) ** 2 / values[known])
+        freedom += known.sum()
+    return chi2.sf(squares, freedom)
+
+
+def _power(series):
+    """Return the power of series (n, q) in segments, (f, q)."""
+    rows = min(SEGMENT, len(series)) // 2 * 2
+    parts = series[:len(series) // rows * rows].reshape(-1, rows, series.shape[1])
+    return np.mean(np.abs(rfft(parts * np.hanning(rows)[:, None], axis=1)) ** 2, axis=0)
+
+
+def _total(power):
+    return irfft(power, axis=0)[0]
