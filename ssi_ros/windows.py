@@ -5,7 +5,15 @@ Its home, `scipy.signal`, takes half a second to import.
 """
 import numpy as np
 
+from ssi_ros.scipy_later import uniform_filter1d
+
 MOST = 1 << 18          # rows that are transformed at once
+AROUND, WINDOWS = 960, 60       # rows over which a level is steady, at least, and in a recording
+
+
+def slow(power):
+    """Return the power (n,) over rows in which a level is steady, (n,)."""
+    return uniform_filter1d(power, max(AROUND, len(power) // WINDOWS))
 
 
 def tukey(rows, share, periodic=False):

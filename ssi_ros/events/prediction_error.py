@@ -3,13 +3,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ssi_ros.scipy_later import nnls, uniform_filter1d
+from ssi_ros.scipy_later import nnls
+from ssi_ros.windows import slow
 
 PREDICTED = 60          # past samples of which one is predicted
 COMES_BACK = 12        # samples of the past whose errors are followed
 LOUD = 9.0              # times the usual power of a prediction error
 LEAST_SHARE, MOST_SHARE = 0.01, 0.99    # of the errors, that grows with the slew rate
-AROUND, WINDOWS = 960, 60       # rows over which a level is steady, at least, and in a recording
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,11 +85,6 @@ class Predictor:
         turns = np.exp(-2j * np.pi * np.outer(cycles, np.arange(1, len(self.weights) + 1)))
         past = np.tensordot(turns, self.weights.swapaxes(1, 2), 1)
         return self.scale[:, None] * np.linalg.inv(self.lower @ (np.eye(len(self.lower)) - past))
-
-
-def slow(power):
-    """Return the power (n,) over rows in which a level is steady, (n,)."""
-    return uniform_filter1d(power, max(AROUND, len(power) // WINDOWS))
 
 
 def predictor(values):

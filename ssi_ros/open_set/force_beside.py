@@ -7,9 +7,9 @@ import numpy as np
 from scipy.fft import irfft, rfft
 from scipy.linalg import toeplitz
 
-from ssi_ros.events.prediction_error import slow
 from ssi_ros.open_set.families import Finding, of_short_record
 from ssi_ros.tails import chi2
+from ssi_ros.windows import slow
 
 FAMILY = 'nonlinear force'
 VELOCITY, DISPLACEMENT = 1, 2   # integrals of an acceleration
@@ -23,7 +23,7 @@ LEAST_RANK = 0.01       # of the largest variance of lags: the rest cannot be to
 SEGMENT = 4096          # rows of which spectra are smooth enough
 BINS, ABOVE_NOISE = 24, 4.0     # of a spectrum, and its least power that is no noise
 CYCLES = 60             # of the slowest motion: fewer are no sample of a distribution
-SHORT_S = 20.0          # python -m validation.gap_odd_channels
+SHORT_S = 40.0          # python -m validation.gap_odd_channels
 DAMPING = 0.7           # of the integrals, which forget
 
 

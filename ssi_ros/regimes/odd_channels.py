@@ -4,12 +4,12 @@ import numpy as np
 from ssi_ros.effects import effect_class, ModalPattern
 from ssi_ros.effects.base import Site
 from ssi_ros.effects.registry import modal_forms
-from ssi_ros.events.prediction_error import slow
 from ssi_ros.gap.comparison import Detection
 from ssi_ros.open_set.curve_beside import curve_beside, Motion, product_beside
-from ssi_ros.open_set.force_beside import Driven, FAMILY, force_beside
+from ssi_ros.open_set.force_beside import Driven, force_beside
 from ssi_ros.open_set.gain_beside import gain_beside, GainScores
 from ssi_ros.regimes.regime import Regime
+from ssi_ros.windows import slow
 
 FAULTY = 1e-3           # p-value of a channel that follows a curve by itself
 INTEGRALS = 0, 1, 2     # of an acceleration, whose strengths a nonlinear force may follow

@@ -22,6 +22,7 @@ from ssi_ros.gap.nominal.thresholds import LIMITS
 from ssi_ros.integrity.fault import as_reason
 from ssi_ros.records import Samples
 from ssi_ros.open_set.force_beside import FAMILY as FORCE
+from ssi_ros.regimes.local_difference import local_difference
 from ssi_ros.regimes.odd_channels import is_linear, is_steady, keeps_channels
 from ssi_ros.tails import norm
 
@@ -108,7 +109,19 @@ class RecordedComparison(Comparison):
         return Residual(test, found, odd, self.gap, joined, p_value)
 
     def _odd(self, fit):
-        """Return Detections of what channels do that a fit, or nothing at all, makes of none."""
+        """Return Detections of what a fit, or nothing at all, leaves that no effect makes."""
+        found, far = self._odd_channels(fit), self.gap.deviations > LIMITS.far.value
+        shift = self.recordings.shift
+        if fit.candidate.names and self._unmoved(fit, LIMITS.clear_shift) < 1.0:
+            found += (Detection('', {}, shift.p_value, f'{shift.text[0].upper()}{shift.text[1:]}.',
+                                site=Site.STRUCTURE.value),)
+        if far and fit.candidate.names:     # forms of modes are no more than near
+            return found
+        local = local_difference(self.recordings, fit.state.prediction, _record_without(
+            self.recordings.two, fit.candidate.forms))
+        return found + (local,) * bool(local and local.p_value < LIMITS.certain_shift.value)
+
+    def _odd_channels(self, fit):
         names, found = fit.candidate.names, self.recordings.odd_channels
         seen = {d.effect for d in self.recordings.detections[0] if not d.weak}
         if not keeps_channels(seen):    # events ring, and motion that is not Gaussian has curves
@@ -123,12 +136,12 @@ class RecordedComparison(Comparison):
             return ()
         return tuple(d for d in found if d.p_value < LIMITS.certain_shift.value)
 
-    def _unmoved(self, fit):
+    def _unmoved(self, fit, limit=LIMITS.certain_shift):
         """Return the chance of modes elsewhere that a fit leaves, 1 if it moves any."""
         # a line or noise near a mode draws its estimate by little; excitation and sensors by none
         shift = self.recordings.shift
         moving = any(effect_class(n).site in MOVING for n in fit.candidate.names)
-        return 1.0 if moving or shift.p_value > LIMITS.certain_shift.value else shift.p_value
+        return 1.0 if moving or shift.p_value > limit.value else shift.p_value
 
     def elsewhere(self, fit):
         """Return the structure, where modes moved for certain and a fit moves none."""

@@ -51,6 +51,8 @@ class NominalLimits:
     mode_odds: Threshold = choice(100.0, 'nat', 'spreads of modes are not believed further')
     certain_shift: Threshold = choice(
         1e-6, '1', 'chance of a mode that moved, five standard deviations, which a fit must move')
+    clear_shift: Threshold = choice(
+        1e-4, '1', 'chance of a mode that moved, which is no floor where no fit moves it')
     # joints, eq. (154) to (157)
     phase_locked: Threshold = choice(
         5.0, 'sd', 'bursts that follow the phase of a mode, over their surrogates')
