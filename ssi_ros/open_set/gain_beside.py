@@ -94,7 +94,8 @@ def _slow(of, i):
     strength = np.add.reduceat(of.strength[:, i], begins) / lengths
     turns = np.exp(2j * np.pi * np.arange(1, SLOW + 1) * (np.arange(blocks)[:, None] + 0.5)
                    / blocks)
-    usual, shapes = np.hstack([np.ones((blocks, 1)), strength]), np.hstack([turns.real, turns.imag])
+    usual = np.hstack([np.ones((blocks, 1)), strength])
+    shapes = np.hstack([turns.real, turns.imag])
     if not score.any():
         return 0.0, np.zeros(2 * SLOW), shapes, np.eye(2 * SLOW)
     weighted = usual * power[:, None]
