@@ -8,6 +8,7 @@ import numpy as np
 
 from ssi_ros.effects import ModalPattern
 from ssi_ros.effects.registry import detects, showing
+from ssi_ros.events.joint_lines import joint_line
 from ssi_ros.events.lines import AROUND, flanks, OWN_BINS, resonances
 from ssi_ros.gap.comparison import Detection
 from ssi_ros.gap.nominal.forms.candidate import Form, Number
@@ -25,11 +26,13 @@ SKIRT = 12              # bins in which its skirts are searched
 def line_or_mode(effect, recordings):
     """Detect a line; it is of a new mode if it has skirts."""
     pair = recordings.pair
-    found = line(recordings)
+    found = joint_line(recordings, line(recordings))
     if found is None:
         return None
     p, frequency, vector, faint = found
     text = f'a line at {frequency:.5g} Hz'
+    if np.count_nonzero(vector) == 1 < len(vector):
+        text += f' in channel {pair.channels[int(np.argmax(np.abs(vector)))]} alone'
     name, pattern = effect.name, ModalPattern.LINE
     if skirts(pair.reference, pair.record, frequency, pair.rate_hz) <= LIMITS.detected.value:
         pattern = ModalPattern.NEW_MODE
