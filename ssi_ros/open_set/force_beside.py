@@ -59,7 +59,7 @@ class Driven:
 
     @cached_property
     def new(self):
-        """What is new, at every level of the inputs alike, (n - k, l), and its spectra."""
+        """Innovations, at every level of the inputs alike, (n - k, l), and their spectra."""
         new = self.errors / np.sqrt(slow(np.mean(self.errors ** 2, axis=1)))[:, None]
         new = np.clip(new, -LARGE, LARGE)
         new = new - new.mean(axis=0)

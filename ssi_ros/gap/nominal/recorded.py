@@ -20,8 +20,8 @@ from ssi_ros.gap.nominal.modal.starting_values import distance
 from ssi_ros.gap.nominal.recordings import prepare
 from ssi_ros.gap.nominal.thresholds import LIMITS
 from ssi_ros.integrity.fault import as_reason
-from ssi_ros.records import Samples
 from ssi_ros.open_set.force_beside import FAMILY as FORCE
+from ssi_ros.records import Samples
 from ssi_ros.regimes.local_difference import local_difference
 from ssi_ros.regimes.odd_channels import is_linear, is_steady, keeps_channels
 from ssi_ros.tails import norm
