@@ -8,8 +8,8 @@ ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / 'ssi_ros'
 # what every layer may import
 FREE = {'quantity', 'limits', 'array_file', 'arrays', 'fisher_scoring',
-        'hermitian', 'lazy', 'plain_yaml', 'scipy_later', 'structural_modification', 'tails',
-        'weighted_sums', 'whole_file', 'windows'}
+        'hermitian', 'lazy', 'past_motion', 'plain_yaml', 'scipy_later',
+        'structural_modification', 'tails', 'weighted_sums', 'whole_file', 'windows'}
 MAY_IMPORT = {            # layer: the layers that it may import, besides itself and FREE
     'quantity': set(),
     'limits': set(),
@@ -17,6 +17,7 @@ MAY_IMPORT = {            # layer: the layers that it may import, besides itself
     'arrays': set(),
     'hermitian': set(),
     'fisher_scoring': set(),
+    'past_motion': set(),
     'plain_yaml': set(),
     'structural_modification': set(),
     'tails': set(),

@@ -8,15 +8,14 @@ from scipy.fft import irfft, rfft
 from scipy.linalg import toeplitz
 
 from ssi_ros.open_set.families import Finding, of_short_record
+from ssi_ros.past_motion import DISPLACEMENT, integrated, LARGE, over_level, VELOCITY
 from ssi_ros.tails import chi2
 from ssi_ros.windows import slow
 
 FAMILY = 'nonlinear force'
-VELOCITY, DISPLACEMENT = 1, 2   # integrals of an acceleration
 ORDERS = 2, 3           # even and odd
 LAGS = 8                # rows in which a force is seen in what its past does not predict
 PAIRED = 8              # channels of which every two are taken
-LARGE = 3.0             # rms of the motion beyond which it counts as that: few large values
 ALIKE = 0.1             # of a correlation, by which it may change
 BEFORE = 1e-3           # p-value below which the reference has a nonlinear force too
 LEAST_RANK = 0.01       # of the largest variance of lags, below which they repeat each other
@@ -24,7 +23,6 @@ SEGMENT = 4096          # rows of which spectra are smooth enough
 BINS, ABOVE_NOISE = 24, 4.0     # of a spectrum, and its least power that is no noise
 CYCLES = 60             # of the slowest motion: fewer are no sample of a distribution
 SHORT_S = 40.0          # python -m validation.gap_odd_channels
-DAMPING = 0.7           # of the integrals, which forget
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,13 +68,9 @@ class Driven:
         weights = np.zeros(len(self.corners_hz))
         weights[list(points)] = (1.0, -1.0)[:len(points)]
         # the past alone, so that what is new has no correlation with it, whatever the levels are
-        corner = 2 * np.pi * self.corners_hz[list(points)].max()
-        turn = np.exp(-2j * np.pi * self.frequencies_hz / self.rate_hz)
-        s = 2 * self.rate_hz * (1 - turn) / np.where(np.abs(1 + turn) > 0, 1 + turn, 1e-9)
-        filtered = s ** (2 - integrals) / (s ** 2 + 2 * DAMPING * corner * s + corner ** 2)
-        motion = irfft(self.spectra @ weights * filtered)[:len(self.values)][-len(self.errors):]
-        motion = motion / np.sqrt(np.maximum(slow(motion ** 2), 1e-300))
-        motion = np.clip(motion, -LARGE, LARGE)
+        motion = over_level(integrated(
+            self.spectra @ weights, len(self.values), self.rate_hz,
+            self.corners_hz[list(points)].max(), integrals)[-len(self.errors):])
         for order in ORDERS:
             curve = motion ** order
             # a straight line is none, of motion whose level varies too

@@ -6,6 +6,7 @@ import numpy as np
 from ssi_ros.effects import effect_class, ModalPattern
 from ssi_ros.effects.base import Site
 from ssi_ros.effects.registry import showing
+from ssi_ros.events.contacts import makes_contact
 from ssi_ros.gap.check import TooLittleData
 from ssi_ros.gap.comparison import Comparison, Detection, Fit, GapStatistic, Residual
 from ssi_ros.gap.detectors.data_faults import faults_beside_recording
@@ -123,18 +124,20 @@ class RecordedComparison(Comparison):
 
     def _odd_channels(self, fit):
         names, found = fit.candidate.names, self.recordings.odd_channels
+        sure = () if makes_contact(names) else self.recordings.contact
         seen = {d.effect for d in self.recordings.detections[0] if not d.weak}
         if not keeps_channels(seen):    # events ring, and motion that is not Gaussian has curves
             found = tuple(d for d in found if d.basis != FORCE)
         if names and is_linear(names):
-            return found
+            return found + sure
         # a structure may be as nonlinear as it was, at another level or where it is now
-        if names and is_steady(names) and (new := tuple(d for d in found if d.basis == FORCE)):
-            return new
+        if names and is_steady(names):
+            sure += tuple(d for d in found if d.basis == FORCE)
         if self.recordings.clear_level or not keeps_channels(seen.intersection(names)) or (
                 names and self.gap.deviations > LIMITS.inside.value):
-            return ()
-        return tuple(d for d in found if d.p_value < LIMITS.certain_shift.value)
+            return sure
+        return sure + tuple(d for d in found
+                            if d not in sure and d.p_value < LIMITS.certain_shift.value)
 
     def _unmoved(self, fit, limit=LIMITS.certain_shift):
         """Return the chance of modes elsewhere that a fit leaves, 1 if it moves any."""

@@ -6,6 +6,7 @@ import numpy as np
 
 from ssi_ros.effects import effect_class, ModalPattern
 from ssi_ros.effects.registry import detectors
+from ssi_ros.events.contacts import contact_of, not_from_outside
 from ssi_ros.events.prediction_error import predictor
 from ssi_ros.gap.check import TooLittleData
 from ssi_ros.gap.inference.goodness_of_fit import compare
@@ -103,6 +104,11 @@ class Recordings:
         return odd_channels(self)
 
     @cached_property
+    def contact(self):
+        """Return what shows that impulses follow the motion, a Detection of no effect or none."""
+        return contact_of(self, self.all_detections[0])
+
+    @cached_property
     def record_modes(self):
         """Modes of the record, identified as those of the reference were."""
         return identified(self.pair.record, self.pair.channels, self.pair.rate_hz)
@@ -134,6 +140,12 @@ class Recordings:
 
     @cached_property
     def detections(self):
+        """Those of effects that can have made it, and the number of tests that chance passes."""
+        found, tests = self.all_detections
+        return (not_from_outside(found) if self.contact else found), tests
+
+    @cached_property
+    def all_detections(self):
         """All detections in the record, and the number of tests that chance could have passed."""
         found, tests = {}, 0
         for source in SOURCES[:1 if self.repeats is None else 2]:

@@ -11,25 +11,16 @@ import numpy as np
 
 from ssi_ros.effects import ModalPattern
 from ssi_ros.effects.registry import detects
+from ssi_ros.events.common_shape import ALIKE, learn, matched, MOST, places, SHAPE, steady
 from ssi_ros.events.detector import event_in
-from ssi_ros.events.level_around import over_higher, over_mean
+from ssi_ros.events.level_around import over_higher
 from ssi_ros.events.prediction_error import PREDICTED, predictor
 from ssi_ros.gap.comparison import Detection
 from ssi_ros.gap.nominal.forms.candidate import Form, Number
-from ssi_ros.gap.nominal.stationary.level import WINDOWS
 from ssi_ros.gap.nominal.stationary.samples import EXACT
 from ssi_ros.gap.nominal.thresholds import LIMITS
 from ssi_ros.hermitian import matrix_power, positive
-from ssi_ros.scipy_later import maximum_filter1d, uniform_filter1d
 from ssi_ros.tails import student
-
-SHAPE = 96              # samples of a pulse, at most
-BURST = 16              # samples in which the loudest places are searched
-BEGUN = 4               # of them, with which shapes begin
-ALIKE = 24              # of the best matches, of which the next shape is the mean
-TURNS = 6               # of learning
-LEVEL = 10              # shapes around one over which the level is taken
-MOST = 400              # pulses that are counted
 
 
 @detects('impulsive_events', of='recordings')
@@ -48,7 +39,7 @@ def impulses(effect, recordings):
 def pulses(*sides):
     """Compare pulses in two white errors (n, l), (161): p-value, count and words, or None."""
     tests = [(2 * p, count, text) for p, count, text in (
-        _large(*map(over_higher, sides)), _shaped(*map(_steady, sides)))]
+        _large(*map(over_higher, sides)), _shaped(*map(steady, sides)))]
     found = [f for f in tests
              if f[0] < LIMITS.detected.value and f[1] >= LIMITS.fewest_pulses.value]
     if not found:
@@ -95,45 +86,11 @@ def _shaped(residual_one, residual_two):
         shape = learn(learnt)
         beyond = np.abs(matched(residual_one, shape)).max()
         sizes = np.abs(matched(tried, shape))
-        count += np.count_nonzero(sizes[_places(sizes, MOST)] > beyond)
+        count += np.count_nonzero(sizes[places(sizes, MOST)] > beyond)
     # the largest of a half and of the reference are in the half by its length, each time anew
     own = middle / (middle + len(residual_one))
     return (own ** count * (1 + count * (1 - own)), count,
             f'{count} events of one shape are larger than all of that shape in the reference')
-
-
-def _steady(residual):
-    """Return residuals over their level around: crests of a modulated level are no pulses."""
-    return over_mean(residual, max(LEVEL * SHAPE, len(residual) // WINDOWS))
-
-
-def learn(residual):
-    """Return the shape that the loudest events have in common, (SHAPE, l)."""
-    # Each of the loudest places begins one: it is searched everywhere, and the mean of the best
-    # matches, turned to one sign, is the next.
-    half = SHAPE // 2
-    burst = uniform_filter1d((residual ** 2).sum(axis=1), BURST)[half:-half]
-    best = (-1.0, None)
-    for start in _places(burst, BEGUN):
-        shape = residual[start:start + SHAPE]
-        for _ in range(TURNS):
-            match = matched(residual, shape)
-            at = _places(np.abs(match), ALIKE)
-            shape = np.mean([np.sign(match[k]) * residual[k:k + SHAPE] for k in at], axis=0)
-        best = max(best, (float(np.abs(match[at]).mean()), shape), key=lambda b: b[0])
-    return best[1]
-
-
-def matched(residual, shape):
-    """Return how much of a shape begins at each row, of unit variance in white noise."""
-    from scipy.signal import fftconvolve
-    return fftconvolve(residual, shape[::-1], 'valid', axes=0).sum(axis=1) / np.linalg.norm(shape)
-
-
-def _places(sizes, most):
-    """Return the places of the largest values, each the largest within a shape."""
-    tops = np.flatnonzero(sizes == maximum_filter1d(sizes, 2 * SHAPE + 1))
-    return tops[np.argsort(-sizes[tops])][:most]
 
 
 def impulse_forms(recordings, rate_per_min):
@@ -143,11 +100,11 @@ def impulse_forms(recordings, rate_per_min):
     record, two, null = recordings.clean.record, recordings.two, recordings.null
     prediction = predictor(record)
     residual = prediction.residual(record)
-    shape = learn(_steady(residual))
+    shape = learn(steady(residual))
     shape = shape / np.linalg.norm(shape)
     sizes = np.abs(matched(residual, shape))
     count = rate_per_min / 60 * len(residual) / two.cut.rate_hz
-    heights = sizes[_places(sizes, max(int(np.rint(count)), 1))]
+    heights = sizes[places(sizes, max(int(np.rint(count)), 1))]
     power = np.sum(np.maximum(heights ** 2 - 1, 0.0)) / len(residual)
     cycles = two.cut.middles_hz / two.cut.rate_hz
     transfer = prediction.shaping(cycles)
