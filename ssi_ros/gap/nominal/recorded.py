@@ -14,7 +14,7 @@ from ssi_ros.gap.inference.goodness_of_fit import compare
 from ssi_ros.gap.nominal.forms.candidate import ModalCandidate
 from ssi_ros.gap.nominal.modal.candidates import (
     candidates_of, mixed, parameters_of, SHIFTED, singles)
-from ssi_ros.gap.nominal.modal.fit import Averages, fit, LITTLE, predict, STEPS
+from ssi_ros.gap.nominal.modal.fit import Averages, fit, LITTLE, predict, ratio, STEPS
 from ssi_ros.gap.nominal.modal.localisation import localised
 from ssi_ros.gap.nominal.modal.nonlinear_joint import joint, level_law
 from ssi_ros.gap.nominal.modal.starting_values import distance
@@ -32,6 +32,7 @@ REFIT_STEPS = 3         # of a fit to a fold
 FOLDS = 2               # interleaved halves of the groups of segments
 PARTNERS = 4            # candidates that are tried beside the best one
 SHARED_TESTS = 3        # gap, scores and frequencies of modes
+UNMOVED = 1e6           # log odds against what moves no mode
 MOVING = Site.STRUCTURE, Site.TIMING    # of effects that move frequencies
 
 
@@ -112,7 +113,7 @@ class RecordedComparison(Comparison):
     def _odd(self, fit):
         """Return Detections of what a fit, or nothing at all, leaves that no effect makes."""
         found, far = self._odd_channels(fit), self.gap.deviations > LIMITS.far.value
-        shift = self.recordings.shift
+        shift = self.recordings.moved
         if fit.candidate.names and self._unmoved(fit, LIMITS.clear_shift) < 1.0:
             found += (Detection('', {}, shift.p_value, f'{shift.text[0].upper()}{shift.text[1:]}.',
                                 site=Site.STRUCTURE.value),)
@@ -142,7 +143,7 @@ class RecordedComparison(Comparison):
     def _unmoved(self, fit, limit=LIMITS.certain_shift):
         """Return the chance of modes elsewhere that a fit leaves, 1 if it moves any."""
         # a line or noise near a mode draws its estimate by little; excitation and sensors by none
-        shift = self.recordings.shift
+        shift = self.recordings.moved
         moving = any(effect_class(n).site in MOVING for n in fit.candidate.names)
         return 1.0 if moving or shift.p_value > limit.value else shift.p_value
 
@@ -192,28 +193,39 @@ class RecordedComparison(Comparison):
         return tuple(
             ModalCandidate((first.forms[0], r.fit.candidate.forms[0]))
             for r in ranked[1:1 + PARTNERS]
-            if r.names != ranked[0].names and r.log_evidence > 0.0)
+            if r.names != ranked[0].names
+            and r.log_evidence - r.bonus + r.fit.candidate.bonus > 0.0)
 
     def fit(self, candidate, start=None, fold=None, thorough=True):
         """Fit a candidate to all groups, or to every second one; None if it cannot exist."""
+        if fold is not None:
+            return self._refit(candidate, start, fold)
         recordings, forms = self.recordings, candidate.forms
-        one, two, nominal = recordings.one, _record_without(recordings.two, forms), (
-            recordings.nominal)
+        one, two = recordings.one, _record_without(recordings.two, forms)
         same = start is not None and start.candidate.key == candidate.key
         # of forces whose levels are free, a distance says less than slopes beside them
-        far = nominal.levels is None and self.gap.deviations > LIMITS.far.value and (
+        far = recordings.nominal.levels is None and self.gap.deviations > LIMITS.far.value and (
             sum(len(f.numbers) for f in forms) == 1)
-        if fold is not None:
-            one, two = (_every_second(s, fold) for s in (one, two))
-            found = fit(nominal.with_spectrum(one.mean),
-                        Averages(two.mean, one.freedom, two.freedom), forms, start.state.x,
-                        REFIT_STEPS)
-            # the prediction of all groups stands in where that of others cannot be
-            return self._fit(candidate, replace(found, prediction=start.state.prediction))
         x = start.state.x if same else self._start(forms, two, LITTLE * far)
-        found = fit(nominal, Averages(two.mean, one.freedom, two.freedom), forms, x,
+        found = fit(recordings.nominal, Averages(two.mean, one.freedom, two.freedom), forms, x,
                     STEPS if thorough else FIRST_STEPS, recordings.null.x, far)
         return self._fit(candidate, found) if np.isfinite(found.likelihood) else None
+
+    def _refit(self, candidate, start, fold):
+        """Fit a candidate to every second group, from where it is best for all of them."""
+        recordings, forms, here = self.recordings, candidate.forms, start.state
+        one, two = (_every_second(s, fold)
+                    for s in (recordings.one, _record_without(recordings.two, forms)))
+        nominal = recordings.nominal.with_spectrum(one.mean)
+        record = Averages(two.mean, one.freedom, two.freedom)
+        found = fit(nominal, record, forms, here.x, REFIT_STEPS)
+        before = predict(nominal, forms, here.x).turned(here.turn)
+        # slopes may lead away from there, if a change is large
+        if self.gap.deviations > LIMITS.far.value and not (before.possible and ratio(
+                before, record, nominal.trust) < ratio(found.prediction, record, nominal.trust)):
+            found = here
+        # the prediction of all groups stands in where that of others cannot be
+        return self._fit(candidate, replace(found, prediction=here.prediction))
 
     def _start(self, forms, two, noise):
         """Return level, noise and coordinates at which a fit begins."""
@@ -246,7 +258,10 @@ class RecordedComparison(Comparison):
 
     def bonus(self, fit, detections):
         """Return the log odds of the detections that the forms come from."""
-        return fit.candidate.bonus
+        # what moves no mode is not the nearest where modes moved, unless all else is explained
+        behind = self._unmoved(fit, LIMITS.clear_shift) < 1.0 and (
+            self.goodness_of_fit(fit).deviations > LIMITS.inside.value)
+        return fit.candidate.bonus - UNMOVED * behind
 
     def log_prior_ratio(self, fit):
         """Return the log of posterior over prior volume of a fit."""

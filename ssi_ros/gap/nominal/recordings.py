@@ -119,6 +119,11 @@ class Recordings:
         return shifted_modes(self.nominal.identified, self.record_modes, self.nominal.cut.width_hz)
 
     @cached_property
+    def moved(self):
+        """Return the same, of modes that moved by any width."""
+        return shifted_modes(self.nominal.identified, self.record_modes, np.inf)
+
+    @cached_property
     def dependence(self):
         """How the modes of the record depend on their amplitude, beyond those of the reference."""
         modes, rate_hz = self.nominal.modes, self.pair.rate_hz

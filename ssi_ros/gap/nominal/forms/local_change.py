@@ -141,7 +141,8 @@ def _near(modes, cut):
     """Return bands near each mode, (c,), their windows (c, 1), and a LocalChange in them."""
     found = []
     for k, (f0, xi) in enumerate(zip(modes.frequencies_hz, modes.damping_ratios)):
-        bands, f, window = around(cut, f0, reach_hz(f0, xi, cut), POINTS)
+        reach = np.inf if modes.separable else reach_hz(f0, xi, cut)
+        bands, f, window = around(cut, f0, reach, POINTS)
         found.append((bands, window[:, None], LocalChange(
             f, modes.frequencies_hz, modes.damping_ratios, k)))
     return found

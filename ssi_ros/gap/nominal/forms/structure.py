@@ -30,7 +30,8 @@ def modal_gain(nominal, ratios, damping_ratios):
 def _moved(modes, cut, i, ratio, damping_ratio):
     """Return bands near a mode, and what it has more of itself in each, both (c,)."""
     f0, xi = modes.frequencies_hz[i], modes.damping_ratios[i]
-    reach = max(reach_hz(f0, xi, cut), WIDER * abs(ratio - 1) * f0)
+    reach = np.inf if modes.separable else max(
+        reach_hz(f0, xi, cut), WIDER * abs(ratio - 1) * f0)
     near, f, window = around(cut, f0, reach, POINTS)
     own = moved_mode(f, (f0, xi), (f0 * ratio, xi * damping_ratio))
     return near, np.exp(window * own) - 1

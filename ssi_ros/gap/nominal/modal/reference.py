@@ -16,6 +16,7 @@ RESOLVED = 0.3          # half-power half-width in bins, below which a shift can
 MOST_MODES = 30         # strongest first
 REACH = 12.0            # half-widths around a mode in which its change counts
 NEAR_BINS = 6           # at least so many bins
+DISTINCT = 5.0          # condition number of shapes that can be distinguished
 FARTHEST = 0.3          # logarithm of frequency ratio that weighs like shapes of MAC 0
 NOISE_QUANTILE = 0.02   # of what the other channels do not explain, over the bands
 
@@ -26,13 +27,15 @@ class Modes:
     Modes with the filters that pick them out of the channels: (m,), shapes and duals (l, m).
 
     The largest component of a shape is 1. The duals are psi of eq. (147): psi^H phi = 1, and 0 for
-    the neighbours as far as channels allow.
+    the neighbours as far as channels allow. Of `separable` modes, no more than channels, they are
+    0 for all others, and a change counts at all frequencies.
     """
 
     frequencies_hz: np.ndarray
     damping_ratios: np.ndarray
     shapes: np.ndarray
     duals: np.ndarray
+    separable: bool = False
 
     def __len__(self):
         return len(self.frequencies_hz)
@@ -139,7 +142,11 @@ def _modes(found, width, cut):
         return Modes(nothing, nothing, *(np.zeros((width, 0)),) * 2)
     frequencies, dampings = np.array([(m.frequency_hz, m.damping_ratio) for m in found]).T
     shapes = np.array([m.shape for m in found]).T
-    return Modes(frequencies, dampings, shapes, _duals(frequencies, dampings, shapes, cut))
+    if separable := len(found) <= width and np.linalg.cond(shapes) < DISTINCT:
+        duals = np.linalg.pinv(shapes).conj().T
+    else:
+        duals = _duals(frequencies, dampings, shapes, cut)
+    return Modes(frequencies, dampings, shapes, duals, bool(separable))
 
 
 def reach_hz(frequency_hz, damping_ratio, cut):
@@ -150,7 +157,7 @@ def reach_hz(frequency_hz, damping_ratio, cut):
 def around(cut, frequency_hz, reach, points):
     """Return bands near a frequency (c,), frequencies in each (c, points) [Hz], a window (c,)."""
     away = cut.middles_hz - frequency_hz
-    bands = np.flatnonzero(np.abs(away) < 3 * reach)
+    bands = np.flatnonzero(np.abs(away) <= 3 * reach)
     half = (cut.band_bins / 2 + 1) * cut.resolution_hz
     f = cut.middles_hz[bands][:, None] + np.linspace(-half, half, points)
     # far away other modes dominate
@@ -164,7 +171,7 @@ def _duals(frequencies, dampings, shapes, cut):
         order = np.argsort(away)
         near = [k for k in order if away[k] < reach_hz(f, dampings[i], cut)][:len(shapes)]
         # shapes that hardly differ cannot be distinguished: drop the farther ones
-        while len(near) > 1 and np.linalg.cond(shapes[:, near]) > 5.0:
+        while len(near) > 1 and np.linalg.cond(shapes[:, near]) > DISTINCT:
             near.pop()
         duals[:, i] = np.linalg.pinv(shapes[:, near])[near.index(i)].conj()
     return duals
