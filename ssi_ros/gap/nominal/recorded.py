@@ -89,8 +89,8 @@ class RecordedComparison(Comparison):
         recordings = self.recordings
         found, tests = recordings.detections
         shift = recordings.shift
-        if shift.text:
-            found += (Detection(showing(SHIFTED[0])[0], {}, shift.p_value, shift.text),)
+        if (moved := shift if self.gap.deviations < LIMITS.far.value else recordings.moved).text:
+            found += (Detection(showing(SHIFTED[0])[0], {}, moved.p_value, moved.text),)
         if fit is not self.null:
             rest = [d for d in (*found, *filter(None, self.joint[:1]))
                     if d.effect not in fit.candidate.names]

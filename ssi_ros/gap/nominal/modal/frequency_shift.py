@@ -17,6 +17,7 @@ from ssi_ros.tails import student
 
 SIZES = np.geomspace(1e-5, 0.3, 40)     # of logarithms of frequency ratios
 PRICE = 3.0             # nats of an unknown size
+NAMED = 4               # modes that are named, which moved most
 OVERLAP = 2.0           # half-power half-widths of both, within which two resonances overlap
 ALL = (ModalPattern.COMMON_FREQUENCY_RATIO, ModalPattern.FREQUENCY_DRIFT)
 EACH = (ModalPattern.MODE_FREQUENCIES, ModalPattern.HARDENING, ModalPattern.SOFTENING)
@@ -50,17 +51,17 @@ def shifted_modes(before, after, width_hz):
     if not len(ratios):
         return Shifted()
     z = ratios / spreads
-    p = min(1.0, float(len(z) * 2 * student.sf(np.abs(z).max(), HOPS - 1)))
-    if p > LIMITS.detected.value:
+    p = np.minimum(1.0, len(z) * 2 * student.sf(np.abs(z), HOPS - 1))
+    if p.min() > LIMITS.detected.value:
         return Shifted()
-    most = int(np.argmax(np.abs(z)))
-    each = _odds_each(z, spreads)
-    limit = LIMITS.mode_odds.value
+    sure = np.sort([i for i in np.argsort(-np.abs(z))[:NAMED] if p[i] <= LIMITS.detected.value])
+    each, limit = _odds_each(z, spreads), LIMITS.mode_odds.value
     believed = min(each, limit)
     # the difference of both counts in full, within what is believed
     alike = float(np.clip(believed + _odds_alike(ratios, spreads) - each, -limit, limit))
-    return Shifted(p, alike, believed, f'the mode at {frequencies[most]:.4g} Hz moved by '
-                   f'{100 * np.expm1(ratios[most]):+.2g} % ({abs(z[most]):.0f} sd)')
+    words = [f'at {f:.4g} Hz moved by {100 * np.expm1(r):+.2g} % ({abs(d):.0f} sd)'
+             for f, r, d in zip(frequencies[sure], ratios[sure], z[sure])]
+    return Shifted(float(p.min()), alike, believed, f'the mode {", the one ".join(words)}')
 
 
 def _again(before, after):

@@ -142,11 +142,10 @@ def _modes(found, width, cut):
         return Modes(nothing, nothing, *(np.zeros((width, 0)),) * 2)
     frequencies, dampings = np.array([(m.frequency_hz, m.damping_ratio) for m in found]).T
     shapes = np.array([m.shape for m in found]).T
-    if separable := len(found) <= width and np.linalg.cond(shapes) < DISTINCT:
-        duals = np.linalg.pinv(shapes).conj().T
-    else:
-        duals = _duals(frequencies, dampings, shapes, cut)
-    return Modes(frequencies, dampings, shapes, duals, bool(separable))
+    separable = bool(len(found) <= width and np.linalg.cond(shapes) < DISTINCT)
+    duals = np.linalg.pinv(shapes).conj().T if separable else _duals(
+        frequencies, dampings, shapes, cut)
+    return Modes(frequencies, dampings, shapes, duals, separable)
 
 
 def reach_hz(frequency_hz, damping_ratio, cut):
