@@ -60,7 +60,8 @@ def mixed_modes(nominal, there):
         own[paired] = 1.0
         gain = modal_gain(n, own, np.ones(count))
         for mix, (i, j), (tie, force, loss) in zip(mixing, pairs, x[count:].reshape(-1, 3)):
-            gain = mix(x[i], x[j], tie, force, loss) @ gain
+            near, mixed = mix(x[i], x[j], tie, force, loss)
+            gain[near] = mixed @ gain[near]
         return gain, None
     numbers = [Number(f'scale_{at_mode(f)}', '1', 0.002, -1.0, 1.0, np.exp)
                for f in modes.frequencies_hz]
@@ -110,7 +111,7 @@ def moved_stiffness(modes, there):
 
 def _mixer(nominal, pair):
     """
-    Return a function of five numbers: the filter of two modes that moved and mixed, (b, l, l).
+    Return a function of five numbers: bands and filter of two modes that mixed, (c, l, l).
 
     The numbers are the logarithms of the stiffness of both, the stiffness between them, and the
     logarithms of force and damping of what moved more.
@@ -126,7 +127,6 @@ def _mixer(nominal, pair):
     @lru_cache(maxsize=64)
     def mix(one, two, tie, force, loss):
         ratio = both.ratio(np.array([[np.exp(one), tie], [tie, np.exp(two)]]), force, loss)
-        gain = np.tile(np.eye(len(shapes), dtype=complex), (cut.bands, 1, 1))
-        gain[near] += shapes @ (matrix_power(ratio, window) - np.eye(2)) @ duals
-        return gain
+        turned = shapes @ (matrix_power(ratio, window) - np.eye(2)) @ duals
+        return near, np.eye(len(shapes)) + turned
     return mix
