@@ -1,4 +1,6 @@
 """Velocity and displacement of accelerations by their past alone, over their level."""
+from itertools import combinations
+
 import numpy as np
 from scipy.fft import irfft
 
@@ -6,7 +8,14 @@ from ssi_ros.windows import slow
 
 VELOCITY, DISPLACEMENT = 1, 2   # integrals of an acceleration
 DAMPING = 0.7           # of the integrals, which forget
+PAIRED = 8              # channels of which every two are taken
 LARGE = 3.0             # rms of the motion beyond which it counts as that: few large values
+
+
+def points_of(width):
+    """Return channels, and every two of them where they are few, as tuples of numbers."""
+    return [(i,) for i in range(width)] + [
+        p for p in combinations(range(width), 2) if width <= PAIRED]
 
 
 def integrated(spectra, rows, rate_hz, corner_hz, integrals):

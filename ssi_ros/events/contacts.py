@@ -6,7 +6,7 @@ displacement is extreme, or where parts meet fast. The mean of the motion before
 of the same events at all other times by chance, whatever their intervals are. What earlier
 impulses left ringing is taken out of the motion, for trains of them come in its phase.
 """
-from itertools import combinations, product
+from itertools import product
 
 import numpy as np
 from scipy.fft import irfft, rfft
@@ -15,7 +15,7 @@ from ssi_ros.effects import effect_class, ModalPattern
 from ssi_ros.effects.base import Site
 from ssi_ros.events.common_shape import ALIKE, learn, matched, MOST, places, SHAPE, steady
 from ssi_ros.gap.comparison import Detection, LEAST_CHANCE
-from ssi_ros.past_motion import DISPLACEMENT, integrated, over_level, VELOCITY
+from ssi_ros.past_motion import DISPLACEMENT, integrated, over_level, points_of, VELOCITY
 from ssi_ros.scipy_later import maximum_filter1d
 from ssi_ros.tails import chi2
 
@@ -27,6 +27,7 @@ LOUD = 0.8              # of the largest of the reference, which leaves motion b
 HUGE = 3.0              # likewise
 CORNERS = 0.5, 1.0, 2.0     # of the integrals, over the slowest mode
 SHORTEST = 8000         # rows of a recording, of which halves show a shape
+LONGEST = 400_000       # rows in which contacts are looked for, an hour at 100 Hz
 FOLLOWS = 1e-4          # p-value below which impulses follow the motion
 
 
@@ -92,7 +93,7 @@ def motions(values, rate_hz, corner_hz, integrals):
     count, width = values.shape
     found = integrated(rfft(values - values.mean(axis=0), 2 * count, axis=0), count, rate_hz,
                        corner_hz, integrals)
-    points = [(i,) for i in range(width)] + list(combinations(range(width), 2))
+    points = points_of(width)
     found = np.column_stack([found, *(found[:, i] - found[:, j] for i, j in points[width:])])
     return np.transpose([over_level(m) for m in found.T]), points
 
@@ -169,9 +170,10 @@ def contact_of(recordings, detections):
         return ()
     slowest = min((m.frequency_hz for m in recordings.nominal.identified),
                   default=recordings.full_cut.middles_hz[0])
+    reference, record = recordings.slew_normalised
     p_value, where = contact(
-        recordings.slew_normalised,
-        (recordings.predictors[1][1], recordings.prediction_errors[1]),
+        (reference, record[:LONGEST]),
+        (recordings.predictors[1][1], recordings.prediction_errors[1][:LONGEST]),
         recordings.pair.rate_hz, slowest, recordings.pair.channels)
     if not p_value < FOLLOWS:
         return ()

@@ -1,21 +1,21 @@
 """A force that follows the motion along a curve, as it did not in an earlier recording."""
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import combinations, product
+from itertools import product
 
 import numpy as np
 from scipy.fft import irfft, rfft
 from scipy.linalg import toeplitz
 
 from ssi_ros.open_set.families import Finding, of_short_record
-from ssi_ros.past_motion import DISPLACEMENT, integrated, LARGE, over_level, VELOCITY
+from ssi_ros.past_motion import (
+    DISPLACEMENT, integrated, LARGE, over_level, points_of, VELOCITY)
 from ssi_ros.tails import chi2
 from ssi_ros.windows import slow
 
 FAMILY = 'nonlinear force'
 ORDERS = 2, 3           # even and odd
 LAGS = 8                # rows in which a force is seen in what its past does not predict
-PAIRED = 8              # channels of which every two are taken
 ALIKE = 0.1             # of a correlation, by which it may change
 BEFORE = 1e-3           # p-value below which the reference has a nonlinear force too
 LEAST_RANK = 0.01       # of the largest variance of lags, below which they repeat each other
@@ -111,10 +111,7 @@ def force_beside(reference, record, channels, sensors=()):
         Of the family 'nonlinear force'; of a reference that has such a force already, p is 1.
 
     """
-    width = len(channels)
-    points = [(i,) for i in range(width) if channels[i] not in sensors]
-    points += [p for p in combinations(range(width), 2) if width <= PAIRED
-               and not {channels[i] for i in p} & set(sensors)]
+    points = [p for p in points_of(len(channels)) if not {channels[i] for i in p} & set(sensors)]
     keys = list(product(points, (VELOCITY, DISPLACEMENT)))
     if not keys:
         return Finding(FAMILY, 1.0, 'No channel was asked for a force.')
