@@ -4,9 +4,9 @@ import numpy as np
 from ssi_ros.effects import ModalPattern
 from ssi_ros.effects.registry import modal_form
 from ssi_ros.gap.nominal.forms.candidate import Form, Number
-from ssi_ros.gap.nominal.forms.sensor import at_mode, filter_of, nyquist_share
+from ssi_ros.gap.nominal.forms.sensor import filter_of, nyquist_share
 
-NODES = np.linspace(-1.0, 1.0, 4)       # of log f, through which a polynomial runs
+ORDERS = 'slope', 'curvature', 'third_order'       # Legendre polynomials of log f
 DECIBEL = 10 / np.log(10)
 
 
@@ -19,17 +19,15 @@ def colour(nominal):
                                           / (1 + max(x[0], 0.0) * share))), None
 
     def smooth(n, x):
-        u = np.interp(np.log(n.cut.middles_hz), ends, (-1.0, 1.0))
-        # the level is the mean of the nodes
-        power = np.vander(u, len(NODES)) @ np.linalg.solve(
-            np.vander(NODES), np.append(-np.sum(x), x))
+        u = np.log(n.cut.middles_hz)
+        u = 2 * (u - u[0]) / (u[-1] - u[0]) - 1
+        power = sum(c * np.polynomial.legendre.Legendre.basis(k + 1)(u) for k, c in enumerate(x))
         return filter_of(n, None, np.exp(np.clip(power, -20, 20) / 2)), None
-    half, ends = nominal.cut.rate_hz / 2, np.log(nominal.cut.middles_hz[[0, -1]])
+    half = nominal.cut.rate_hz / 2
     corner_hz = Number('corner_hz', 'Hz', 0.1, -1e4, 1e4,
                        lambda x: half / np.sqrt(max(abs(x), 1e-12)))
-    powers = [Number(f'relative_power_{at_mode(f)}', 'dB', 0.02, -20, 20, lambda x: DECIBEL * x)
-              for f in np.exp(ends.mean() + NODES[1:] * np.diff(ends) / 2)]
+    powers = [Number(f'power_{k}', 'dB', 0.02, -20, 20, lambda x: DECIBEL * x) for k in ORDERS]
     for numbers, change, meaning in (
             ((corner_hz,), corner, 'one excitation has a corner that the other has not'),
-            (tuple(powers), smooth, 'another colour: power over its mean, cubic in log f')):
+            (tuple(powers), smooth, 'another colour: power as a polynomial of log f')):
         yield Form({}, numbers, change, meaning, ModalPattern.COMMON_FILTER)
