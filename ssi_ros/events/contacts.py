@@ -98,14 +98,16 @@ def motions(values, rate_hz, corner_hz, integrals):
     return np.transpose([over_level(m) for m in found.T]), points
 
 
-def follows(motion, rows, signs, width):
+def follows(spectra, count, rows, signs, width):
     """
     Return the p-value of the mean motion before events, and the column that shows it best.
 
     Parameters
     ----------
-    motion : ndarray, shape (n, q)
-        Of channels, and of differences of two of them.
+    spectra : ndarray, shape (n // 2 + 1, q)
+        Fourier transforms of the motion of channels, and of differences of two of them.
+    count : int
+        The n rows of the motion.
     rows : ndarray of int, shape (e,)
         Before which events begin.
     signs : ndarray, shape (e,)
@@ -114,10 +116,10 @@ def follows(motion, rows, signs, width):
         How many columns are channels.
 
     """
-    weights = np.zeros(len(motion))
+    weights = np.zeros(count)
     weights[rows - 1] = signs
     # at all turns of the events against the motion
-    means = irfft(np.conj(rfft(weights))[:, None] * rfft(motion, axis=0), len(motion), axis=0)
+    means = irfft(np.conj(rfft(weights))[:, None] * spectra, count, axis=0)
     away = means[0] - means.mean(axis=0)
     covariance = np.cov(means[:, :width].T).reshape(width, width)
     size = away[:width] @ np.linalg.pinv(covariance, hermitian=True) @ away[:width]
@@ -149,9 +151,11 @@ def contact(residuals, predicted, rate_hz, slowest_hz, channels):
     found = []
     for integrals, corner in product((DISPLACEMENT, VELOCITY), CORNERS):
         motion, points = motions(values, rate_hz, corner * slowest_hz, integrals)
+        spectra = rfft(motion, axis=0)
         # a stop on one side pushes one way; of two, each pushes its own
         for times, turn in ((t, s) for t in MORE for s in (np.ones(len(signs)), signs)):
-            p_value, at = follows(motion, rows[:times * sure], turn[:times * sure], len(channels))
+            p_value, at = follows(spectra, len(motion), rows[:times * sure],
+                                  turn[:times * sure], len(channels))
             found.append((p_value, integrals, points[at]))
     p_value, integrals, point = min(found)
     names = [channels[i] for i in point]

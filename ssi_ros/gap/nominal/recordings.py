@@ -12,7 +12,7 @@ from ssi_ros.gap.check import TooLittleData
 from ssi_ros.gap.inference.goodness_of_fit import compare
 from ssi_ros.gap.nominal.modal.amplitude_dependence import amplitude_dependence
 from ssi_ros.gap.nominal.modal.fit import fit, Fitted
-from ssi_ros.gap.nominal.modal.frequency_shift import shifted_modes
+from ssi_ros.gap.nominal.modal.frequency_shift import modes_again, shifted_modes
 from ssi_ros.gap.nominal.modal.mixed_halves import floor_of_halves
 from ssi_ros.gap.nominal.modal.reference import identified, make_nominal, Nominal
 from ssi_ros.gap.nominal.modal.score_test import ModalScoreTest, score_forms
@@ -116,12 +116,18 @@ class Recordings:
     @cached_property
     def shift(self):
         """Whether frequencies of modes differ between the recordings."""
-        return shifted_modes(self.nominal.identified, self.record_modes, self.nominal.cut.width_hz)
+        return shifted_modes(self._modes_again, self.nominal.cut.width_hz)
 
     @cached_property
     def moved(self):
         """Return the same, of modes that moved by any width."""
-        return shifted_modes(self.nominal.identified, self.record_modes, np.inf)
+        return shifted_modes(self._modes_again)
+
+    @cached_property
+    def _modes_again(self):
+        """Modes that both hold; of other than random motion there are none."""
+        found = () if self.regime.unsteady else self.record_modes
+        return modes_again(self.nominal.identified, found)
 
     @cached_property
     def dependence(self):

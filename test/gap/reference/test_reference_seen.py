@@ -5,7 +5,7 @@ from reference_records import chain, diagnose_reference, MODES, RATE_HZ, SHAPES
 from scipy.signal import lfilter
 from ssi_ros.events.common_shape import learn, matched
 from ssi_ros.events.prediction_error import predictor
-from ssi_ros.gap.nominal.modal.frequency_shift import shifted_modes
+from ssi_ros.gap.nominal.modal.frequency_shift import modes_again, shifted_modes
 from ssi_ros.gap.nominal.modal.reference import identified
 from ssi_ros.gap.nominal.stationary.chirp import sweep
 from ssi_ros.gap.nominal.stationary.impulses import pulses
@@ -100,10 +100,10 @@ def test_a_mode_that_moved_inside_a_band_is_seen_and_one_that_stayed_is_not():
     moved = chain(82, SECONDS, scale=(1.0, 0.98, 1.0))
     usual, other, again = (identified(s.values, s.channels, RATE_HZ)
                            for s in (one, moved, chain(83, SECONDS)))
-    found = shifted_modes(usual, other, 1.0)
+    found = shifted_modes(modes_again(usual, other), 1.0)
     assert found.p_value < 1e-4 and '5.' in found.text
     assert found.each > found.alike + 5.0
-    still = shifted_modes(usual, again, 1.0)
+    still = shifted_modes(modes_again(usual, again), 1.0)
     assert still.p_value == 1.0 and not still.text
 
 

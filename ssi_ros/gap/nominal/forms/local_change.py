@@ -13,7 +13,7 @@ from ssi_ros.effects import ModalPattern
 from ssi_ros.effects.registry import showing
 from ssi_ros.gap.nominal.forms.candidate import Form, Number
 from ssi_ros.gap.nominal.forms.sensor import at_mode
-from ssi_ros.gap.nominal.modal.reference import around, reach_hz
+from ssi_ros.gap.nominal.modal.reference import around
 from ssi_ros.identify.shapes import mac
 from ssi_ros.structural_modification import LocalChange, rank_one
 
@@ -140,9 +140,8 @@ def from_frequencies(nominal, moved, ties, likelihood):
 def _near(modes, cut):
     """Return bands near each mode, (c,), their windows (c, 1), and a LocalChange in them."""
     found = []
-    for k, (f0, xi) in enumerate(zip(modes.frequencies_hz, modes.damping_ratios)):
-        reach = np.inf if modes.separable else reach_hz(f0, xi, cut)
-        bands, f, window = around(cut, f0, reach, POINTS)
+    for k, f0 in enumerate(modes.frequencies_hz):
+        bands, f, window = around(cut, f0, modes.reach_hz(k, cut), POINTS)
         found.append((bands, window[:, None], LocalChange(
             f, modes.frequencies_hz, modes.damping_ratios, k)))
     return found

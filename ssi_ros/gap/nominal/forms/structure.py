@@ -7,7 +7,7 @@ from ssi_ros.effects import ModalPattern
 from ssi_ros.effects.registry import modal_form
 from ssi_ros.gap.nominal.forms.candidate import Form, Number
 from ssi_ros.gap.nominal.forms.sensor import at_mode
-from ssi_ros.gap.nominal.modal.reference import around, reach_hz
+from ssi_ros.gap.nominal.modal.reference import around
 from ssi_ros.structural_modification import moved_mode
 
 POINTS = 17             # at which a resonance is averaged over a band
@@ -30,8 +30,7 @@ def modal_gain(nominal, ratios, damping_ratios):
 def _moved(modes, cut, i, ratio, damping_ratio):
     """Return bands near a mode, and what it has more of itself in each, both (c,)."""
     f0, xi = modes.frequencies_hz[i], modes.damping_ratios[i]
-    reach = np.inf if modes.separable else max(
-        reach_hz(f0, xi, cut), WIDER * abs(ratio - 1) * f0)
+    reach = max(modes.reach_hz(i, cut), WIDER * abs(ratio - 1) * f0)
     near, f, window = around(cut, f0, reach, POINTS)
     own = moved_mode(f, (f0, xi), (f0 * ratio, xi * damping_ratio))
     return near, np.exp(window * own) - 1

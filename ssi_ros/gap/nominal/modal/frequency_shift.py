@@ -39,15 +39,10 @@ class Shifted:
         return replace(form, odds=odds[form.pattern]) if known else form
 
 
-def shifted_modes(before, after, width_hz):
-    """Compare the frequencies of modes of two recordings, as of `identified`, a `Shifted`."""
-    # With one channel, close modes are not distinguished: none is compared. One that moved farther
-    # than the width of a band is another mode, or its spectrum shows it.
-    if not before or not after or len(before[0].shape) < 2:
-        return Shifted()
-    frequencies, ratios, spreads = _again(before, after)
-    inside = np.abs(frequencies * np.expm1(ratios)) < width_hz
-    frequencies, ratios, spreads = frequencies[inside], ratios[inside], spreads[inside]
+def shifted_modes(again, width_hz=np.inf):
+    """Compare the frequencies of modes, as of `modes_again`, that moved by less: a `Shifted`."""
+    # One that moved farther than the width of a band is another mode, or its spectrum shows it.
+    frequencies, ratios, spreads = again[:, np.abs(again[0] * np.expm1(again[1])) < width_hz]
     if not len(ratios):
         return Shifted()
     z = ratios / spreads
@@ -64,8 +59,15 @@ def shifted_modes(before, after, width_hz):
     return Shifted(float(p.min()), alike, believed, f'the mode {", the one ".join(words)}')
 
 
-def _again(before, after):
-    """Return frequencies, logarithms of their ratios and spreads of modes found again."""
+def modes_again(before, after):
+    """
+    Return the modes of `identified` that are found again in a second recording (3, n).
+
+    Rows: their frequencies [Hz], the logarithms of their ratios, and the spreads of those. With
+    one channel, close modes are not distinguished: none is compared.
+    """
+    if not before or not after or len(before[0].shape) < 2:
+        return np.zeros((3, 0))
     (f_one, s_one, shapes_one), (f_two, s_two, shapes_two) = (
         (np.array([m.frequency_hz for m in modes]),
          np.array([m.frequency_std_hz / m.frequency_hz for m in modes]),
@@ -78,7 +80,7 @@ def _again(before, after):
     pairs = [(i, j) for i, j in pairs
              if 2 * abs(ratios[i, j]) < min(_apart(before, i), _apart(after, j))]
     i, j = np.array(pairs, int).reshape(-1, 2).T
-    return f_one[i], ratios[i, j], np.hypot(s_one[i], s_two[j])
+    return np.array([f_one[i], ratios[i, j], np.hypot(s_one[i], s_two[j])])
 
 
 def _apart(modes, i):

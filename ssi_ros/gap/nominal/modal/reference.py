@@ -40,6 +40,11 @@ class Modes:
     def __len__(self):
         return len(self.frequencies_hz)
 
+    def reach_hz(self, i, cut):
+        """Return the distance from mode i up to which its change counts [Hz]."""
+        return np.inf if self.separable else reach_hz(
+            self.frequencies_hz[i], self.damping_ratios[i], cut)
+
 
 @dataclass(frozen=True, eq=False)
 class Nominal:
