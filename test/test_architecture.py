@@ -8,7 +8,7 @@ ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / 'ssi_ros'
 # what every layer may import
 FREE = {'quantity', 'limits', 'array_file', 'arrays', 'fisher_scoring',
-        'hermitian', 'lazy', 'past_motion', 'plain_yaml', 'scipy_later',
+        'hermitian', 'lazy', 'past_motion', 'plain_yaml', 'scipy_later', 'size_prior',
         'structural_modification', 'tails', 'weighted_sums', 'whole_file', 'windows'}
 MAY_IMPORT = {            # layer: the layers that it may import, besides itself and FREE
     'quantity': set(),
@@ -19,6 +19,7 @@ MAY_IMPORT = {            # layer: the layers that it may import, besides itself
     'fisher_scoring': set(),
     'past_motion': set(),
     'plain_yaml': set(),
+    'size_prior': set(),
     'structural_modification': set(),
     'tails': set(),
     'weighted_sums': set(),
@@ -42,7 +43,7 @@ MAY_IMPORT = {            # layer: the layers that it may import, besides itself
     'updating': {'records', 'model', 'effects', 'gap', 'integrity'},
     'levels': {'gap'},
     'events': {'effects', 'gap'},
-    'regimes': {'effects', 'events', 'gap', 'open_set'},
+    'regimes': {'effects', 'events', 'gap', 'identify', 'open_set'},
     'planning': {'model', 'effects', 'gap', 'updating', 'inputs', 'template_cache'},
     'monitor': {'records'},
     'report': {'records', 'model', 'effects', 'identify', 'gap', 'bag', '__version__'},

@@ -4,7 +4,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ssi_ros.gap.inference.goodness_of_fit import compare, divergence, floor_of_band
-from ssi_ros.gap.nominal.modal.fit import Averages, fit, LITTLE, residual_of, STEPS
+from ssi_ros.gap.nominal.modal.fit import fit, LITTLE, residual_of, STEPS
+from ssi_ros.gap.nominal.modal.prediction import Averages
 from ssi_ros.gap.nominal.modal.reference import noise_floor, Nominal
 from ssi_ros.gap.nominal.modal.score_test import score_forms
 from ssi_ros.gap.nominal.modal.starting_values import all_forms, best_forms, bracketed

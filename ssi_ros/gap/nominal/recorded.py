@@ -14,9 +14,10 @@ from ssi_ros.gap.inference.goodness_of_fit import compare
 from ssi_ros.gap.nominal.forms.candidate import ModalCandidate
 from ssi_ros.gap.nominal.modal.candidates import (
     candidates_of, mixed, parameters_of, SHIFTED, singles)
-from ssi_ros.gap.nominal.modal.fit import Averages, fit, LITTLE, predict, ratio, STEPS
+from ssi_ros.gap.nominal.modal.fit import fit, LITTLE, ratio, STEPS
 from ssi_ros.gap.nominal.modal.localisation import localised
 from ssi_ros.gap.nominal.modal.nonlinear_joint import joint, level_law
+from ssi_ros.gap.nominal.modal.prediction import Averages, predict
 from ssi_ros.gap.nominal.modal.starting_values import distance
 from ssi_ros.gap.nominal.recordings import prepare
 from ssi_ros.gap.nominal.thresholds import LIMITS

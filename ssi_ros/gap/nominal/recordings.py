@@ -12,7 +12,6 @@ from ssi_ros.gap.check import TooLittleData
 from ssi_ros.gap.inference.goodness_of_fit import compare
 from ssi_ros.gap.nominal.modal.amplitude_dependence import amplitude_dependence
 from ssi_ros.gap.nominal.modal.fit import fit, Fitted
-from ssi_ros.gap.nominal.modal.frequency_shift import modes_again, shifted_modes
 from ssi_ros.gap.nominal.modal.mixed_halves import floor_of_halves
 from ssi_ros.gap.nominal.modal.reference import identified, make_nominal, Nominal
 from ssi_ros.gap.nominal.modal.score_test import ModalScoreTest, score_forms
@@ -27,6 +26,7 @@ from ssi_ros.gap.nominal.thresholds import LIMITS
 from ssi_ros.gap.spectra.band_averages import Cut, level_of, plan, Spectra
 from ssi_ros.levels.free import compared
 from ssi_ros.regimes.assess import regime_of
+from ssi_ros.regimes.frequency_shift import modes_again, shifted_modes
 from ssi_ros.regimes.odd_channels import odd_channels
 from ssi_ros.regimes.varying_level import steady_share
 

@@ -2,7 +2,8 @@
 import numpy as np
 import pytest
 from reference_records import chain
-from ssi_ros.gap.nominal.modal.fit import Averages, fit
+from ssi_ros.gap.nominal.modal.fit import fit
+from ssi_ros.gap.nominal.modal.prediction import Averages
 from ssi_ros.gap.nominal.modal.reference import make_nominal
 from ssi_ros.gap.nominal.modal.starting_values import all_forms
 from ssi_ros.gap.spectra.band_averages import plan, spectra_of

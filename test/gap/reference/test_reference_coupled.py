@@ -4,7 +4,8 @@ import pytest
 from scipy.signal import cont2discrete, lfilter
 from ssi_ros.gap.nominal.forms.mode_coupling import close_pairs, mixed_modes
 from ssi_ros.gap.nominal.forms.structure import frequencies
-from ssi_ros.gap.nominal.modal.fit import Averages, fit
+from ssi_ros.gap.nominal.modal.fit import fit
+from ssi_ros.gap.nominal.modal.prediction import Averages
 from ssi_ros.gap.nominal.modal.reference import identified, make_nominal, modes_of
 from ssi_ros.gap.spectra.band_averages import plan, spectra_of
 from ssi_ros.records import Samples

@@ -4,8 +4,9 @@ import pytest
 from reference_records import chain, RATE_HZ
 from ssi_ros.gap.inference.goodness_of_fit import compare, divergence, floor_of_band
 from ssi_ros.gap.nominal.modal.amplitude_dependence import amplitude_dependence
-from ssi_ros.gap.nominal.modal.fit import Averages, fit, predict
+from ssi_ros.gap.nominal.modal.fit import fit
 from ssi_ros.gap.nominal.modal.mixed_halves import floor_of_halves
+from ssi_ros.gap.nominal.modal.prediction import Averages, predict
 from ssi_ros.gap.nominal.modal.reference import make_nominal
 from ssi_ros.gap.nominal.modal.starting_values import all_forms
 from ssi_ros.gap.nominal.pairing import make_pair

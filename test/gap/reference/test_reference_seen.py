@@ -5,12 +5,12 @@ from reference_records import chain, diagnose_reference, MODES, RATE_HZ, SHAPES
 from scipy.signal import lfilter
 from ssi_ros.events.common_shape import learn, matched
 from ssi_ros.events.prediction_error import predictor
-from ssi_ros.gap.nominal.modal.frequency_shift import modes_again, shifted_modes
 from ssi_ros.gap.nominal.modal.reference import identified
 from ssi_ros.gap.nominal.stationary.chirp import sweep
 from ssi_ros.gap.nominal.stationary.impulses import pulses
 from ssi_ros.gap.nominal.stationary.tone import skirts
 from ssi_ros.records import Samples
+from ssi_ros.regimes.frequency_shift import modes_again, shifted_modes
 
 SECONDS = 400.0
 

@@ -4,7 +4,8 @@ import pytest
 from ssi_ros.gap.nominal.forms.local_change import from_frequencies, from_scores, local_change
 from ssi_ros.gap.nominal.forms.mode_coupling import mixed_modes
 from ssi_ros.gap.nominal.forms.structure import frequencies
-from ssi_ros.gap.nominal.modal.fit import Averages, fit, predict, ratio, residual_of, whitened
+from ssi_ros.gap.nominal.modal.fit import fit, ratio, residual_of, whitened
+from ssi_ros.gap.nominal.modal.prediction import Averages, predict
 from ssi_ros.gap.nominal.modal.reference import Modes, Nominal
 from ssi_ros.gap.spectra.band_averages import plan
 from ssi_ros.hermitian import filtered, whitened_alike

@@ -8,9 +8,7 @@ import numpy as np
 from ssi_ros.effects import effect_class, ModalPattern
 from ssi_ros.effects.registry import showing
 from ssi_ros.gap.nominal.thresholds import LIMITS
-
-ROUNDS = 5              # of the size that numbers of one kind have in common
-LEAST_SIZE = 0.1        # of a number, in units of where its fit starts
+from ssi_ros.size_prior import posterior_over_prior
 
 
 @dataclass(frozen=True)
@@ -58,6 +56,11 @@ class Form:
     def start(self):
         """Return the coordinates at which a fit begins."""
         return [n.start for n in self.numbers] if self.begin is None else list(self.begin)
+
+    @property
+    def steps(self):
+        """Steps of its numbers for difference quotients, (p,)."""
+        return np.array([n.start for n in self.numbers]) / 10
 
     @property
     def kind(self):
@@ -142,30 +145,7 @@ class ModalCandidate:
             total -= form.measured / 2 + np.log(form.places)
             if form.numbers:
                 start = np.array([n.start for n in form.numbers])
-                total += _size_prior([n.name.split('_at_')[0] for n in form.numbers],
-                                     estimate[at] / start,
-                                     covariance[at, at] / np.outer(start, start))
+                total += posterior_over_prior(
+                    [n.name.split('_at_')[0] for n in form.numbers], estimate[at] / start,
+                    covariance[at, at] / np.outer(start, start), LIMITS.size_range.value)
         return float(total)
-
-
-def _size_prior(kinds, x, covariance):
-    """
-    Return the log of posterior over prior volume of the numbers of one form, of unit start.
-
-    Numbers of one kind have sizes of their own.
-    """
-    information = np.linalg.pinv(covariance, hermitian=True)
-    prior, sizes = np.zeros_like(covariance), 0
-    for kind in dict.fromkeys(kinds):
-        at = np.flatnonzero([k == kind for k in kinds])
-        own = np.mean(x[at] ** 2)
-        for _ in range(ROUNDS):     # one that is known best does not stand for all of them
-            weight = 1 / (np.diag(covariance)[at] + own + 1e-12)
-            common = x[at] @ weight / weight.sum()
-            own = (x[at] - common) ** 2 @ weight / weight.sum()
-        prior[np.ix_(at, at)] = max(common ** 2, LEAST_SIZE ** 2) + own * np.eye(len(at))
-        sizes += 1 + (len(at) > 1)
-    inside = np.eye(len(x)) + prior @ information
-    return (-0.5 * float(np.linalg.slogdet(inside)[1])
-            - 0.5 * float(x @ information @ np.linalg.solve(inside, x))
-            - sizes * np.log(2 * LIMITS.size_range.value / np.sqrt(2 * np.pi)))

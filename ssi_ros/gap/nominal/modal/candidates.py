@@ -8,8 +8,8 @@ from ssi_ros.gap.diagnosis import Value
 from ssi_ros.gap.nominal.forms import local_change
 from ssi_ros.gap.nominal.forms.candidate import ModalCandidate
 from ssi_ros.gap.nominal.forms.mode_coupling import mixed_modes, moved_stiffness
-from ssi_ros.gap.nominal.modal.fit import (
-    Averages, masking_gain, predict, ratio, residual_of, whitened)
+from ssi_ros.gap.nominal.modal.fit import masking_gain, ratio, residual_of, whitened
+from ssi_ros.gap.nominal.modal.prediction import Averages, predict
 from ssi_ros.gap.nominal.modal.reference import modes_of
 from ssi_ros.gap.nominal.modal.starting_values import begun, best_forms, moved_forms, nearest_forms
 from ssi_ros.gap.nominal.stationary.samples import EXACT

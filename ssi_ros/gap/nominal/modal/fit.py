@@ -7,59 +7,20 @@ import numpy as np
 from ssi_ros.fisher_scoring import covariance, held_inside, maximise
 from ssi_ros.gap.inference.goodness_of_fit import divergence
 from ssi_ros.gap.inference.thresholds import LIMITS
+from ssi_ros.gap.nominal.modal.prediction import (
+    Averages, bands_between, changes_of, filtered_by, numbers_of, predict, Prediction)
 from ssi_ros.gap.spectra.band_averages import level_of
 from ssi_ros.hermitian import (
-    filtered, hermitian, inverse_root, is_definite, least_share, white, white_vectors)
+    filtered, hermitian, inverse_root, least_share, white, white_vectors)
 from ssi_ros.levels.forces import bounded, turning
 
 STEPS = 12
 NODES = 6               # of the integral of a score
-LEVEL_STEPS = 0.01, 0.05        # of level and noise, for a difference quotient
+LEVEL_STEPS = 0.01, 0.05        # of level and noise, on both sides
 PROBE = 1e-2            # share of a way for a difference quotient
 LITTLE = 0.05           # of the noise floor, more of it; at none the distance has a kink
 NEARLY_ALL = 0.9        # of the noise: with none there is no spectrum
 MOST_TURN = 4.0         # power by which levels may differ from those that a fit began at
-
-
-@dataclass(frozen=True, eq=False)
-class Averages:
-    """A mean spectrum (b, l, l) that a fit is made to, and the independent spectra in a band."""
-
-    mean: np.ndarray
-    n_one: float            # of the reference
-    n_two: float            # of the record
-
-    @property
-    def weight(self):
-        """Independent spectra that a difference of the two means counts for."""
-        return self.n_one * self.n_two / (self.n_one + self.n_two)
-
-
-@dataclass(frozen=True, eq=False)
-class Prediction:
-    """What the spectrum of a reference becomes."""
-
-    mean: np.ndarray        # (b, l, l), S' of eq. (145)
-    scatters: np.ndarray    # (b, l, l), part that scatters as the reference; the rest is smooth
-    gain: np.ndarray = None         # (b, l, l), of all filters of the forms, None without any
-
-    def freedom(self, n_one):
-        """Return the effective number of independent spectra behind it, shape (b,), eq. (150)."""
-        # the share in all directions, tr S'^-1 F / l
-        share = np.einsum('bii->b', np.linalg.solve(self.mean, self.scatters)).real
-        width = self.mean.shape[-1]
-        least = min(n_one, width + 1.0)         # fewer have no determinant
-        low, high = LIMITS.least_scatter.value, LIMITS.most_scatter.value
-        return np.maximum(n_one / np.clip(share / width, low, high) ** 2, least)
-
-    @cached_property
-    def possible(self):
-        """Whether it is a spectrum: positive definite in every band."""
-        return is_definite(self.mean)
-
-    def turned(self, turn):
-        """Return what a filter (b, l, l), or None, makes of it."""
-        return Prediction(filtered(turn, self.mean), filtered(turn, self.scatters))
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,27 +34,6 @@ class Fitted:
     far: float              # by the distances, where slopes around both mean little
     prediction: Prediction  # what the reference becomes
     turn: np.ndarray = None         # (b, l, l), filter by which its levels are those of the record
-
-
-def predict(nominal, forms, x):
-    """Return what the spectrum of a reference becomes, eq. (145), a Prediction."""
-    noise, total = np.diag(nominal.floor), None
-    # filters act on all that scatters; the noise that they must not change is put back
-    spectrum, still, at = nominal.spectrum, noise, 2
-    fixed = np.zeros_like(nominal.spectrum)
-    for form in forms:
-        numbers = x[at:at + len(form.numbers)]
-        gain, added = form.change(nominal, numbers)
-        spectrum = filtered(gain, spectrum)
-        if gain is not None and gain.ndim < 4:      # the mean of many is no filter
-            total = gain if total is None else gain @ total
-        still = still if form.on_samples else filtered(gain, still)
-        if added is not None:
-            fixed = fixed + added
-        at += len(form.numbers)
-    level = np.exp(x[0])
-    return Prediction(level * (spectrum + fixed + noise - still) + x[1] * noise, level * spectrum,
-                      total)
 
 
 def whitener(factor, trust):
@@ -161,18 +101,40 @@ class _Place:
 
     @cached_property
     def around(self):
-        """Return the reference that would become the pooled estimate, and what it becomes."""
+        """Return the reference that would become the pooled estimate, its changes and the mean."""
         bend, gain = self.factor @ inverse_root(self.prediction.mean), self.prediction.gain
         if gain is not None:        # filters act after it
             bend = np.linalg.solve(gain, bend @ gain)
         there = self.nominal.with_spectrum(filtered(bend, self.nominal.spectrum))
-        return there, predict(there, self.forms, self.x).mean
+        changes = changes_of(there, self.forms, self.x)
+        return there, changes, filtered_by(there, self.forms, changes, self.x).mean
 
     def slope(self, direction, step):
         """Return the change of the prediction along a direction of x."""
-        around, base = self.around
+        around, _, base = self.around
         moved = predict(around, self.forms, self.x + step * direction).mean
-        return self.without_levels(self.root * whitened(moved - base, self.lower)) / step
+        return self._as_slope((moved - base) / step)
+
+    def _as_slope(self, change, bands=slice(None)):
+        """Return a change of the prediction, in some bands, as what the residual is of."""
+        found = np.zeros((len(self.lower), self.lower.shape[-1] ** 2))
+        if len(change):
+            found[bands] = self.root * white_vectors(self.lower[bands], change)
+        return self.without_levels(found.ravel())
+
+    def _slopes(self):
+        """Return the changes along all coordinates, (2 + p, b l l)."""
+        around, changes, base = self.around
+        noise = np.diag(self.nominal.floor)
+        yield self._as_slope(base - self.x[1] * noise)
+        yield self._as_slope(np.broadcast_to(noise, base.shape))
+        for k, (form, at) in enumerate(zip(self.forms, numbers_of(self.forms))):
+            for number, step in zip(np.eye(len(form.numbers)), form.steps):
+                there = form.change(around, self.x[at] + step * number)
+                bands = bands_between(changes[k], there)
+                moved = filtered_by(around, self.forms, [
+                    *changes[:k], there, *changes[k + 1:]], self.x, bands).mean
+                yield self._as_slope((moved - base[bands]) / step, bands)
 
     def gradient(self):
         """Return score and information, eq. (152)."""
@@ -180,8 +142,8 @@ class _Place:
 
     @cached_property
     def _gradient(self):
-        steps = [*LEVEL_STEPS] + [n.start / 10 for f in self.forms for n in f.numbers]
-        rows = np.array([self.slope(e, s) for e, s in zip(np.eye(len(self.x)), steps)])
+        rows = np.array(list(self._slopes()))
+        steps = np.concatenate([LEVEL_STEPS, *(f.steps for f in self.forms)])
         score = [self._rise(e) for e in np.diag(steps)] if self.far else rows @ self.residual
         return held_inside(self.x, self.bounds, np.array(score), rows @ rows.T)
 

@@ -4,8 +4,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ssi_ros.gap.comparison import ScoreTest
-from ssi_ros.gap.nominal.modal.fit import LEVEL_STEPS, predict, whitened, whitener
+from ssi_ros.gap.nominal.modal.fit import LEVEL_STEPS, whitened, whitener
 from ssi_ros.gap.nominal.modal.mixed_halves import mixed_halves
+from ssi_ros.gap.nominal.modal.prediction import predict
 from ssi_ros.gap.nominal.thresholds import LIMITS
 from ssi_ros.tails import norm, student, tail_of_largest
 

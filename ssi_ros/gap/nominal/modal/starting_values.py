@@ -14,7 +14,7 @@ from ssi_ros.effects.registry import modal_forms
 from ssi_ros.gap.inference.goodness_of_fit import divergence
 from ssi_ros.gap.nominal.forms import excitation, structure
 from ssi_ros.gap.nominal.forms.sensor import mode_picks
-from ssi_ros.gap.nominal.modal.fit import predict
+from ssi_ros.gap.nominal.modal.prediction import predict
 from ssi_ros.gap.nominal.modal.reference import moves
 from ssi_ros.scipy_later import minimize_scalar
 
