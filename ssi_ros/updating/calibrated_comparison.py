@@ -2,7 +2,7 @@
 import numpy as np
 
 from ssi_ros.gap.candidate import Candidate
-from ssi_ros.gap.inference.model_fit import fit
+from ssi_ros.gap.inference.model_fit import fit_again, STEPS
 from ssi_ros.gap.inference.whittle import whiten
 from ssi_ros.gap.nominal.distant import is_near
 from ssi_ros.gap.nominal.model_answer import fit_of
@@ -76,7 +76,7 @@ class CalibratedComparison(ModelComparison):
                     moved is None and side.candidate.kinds == around.kinds):
                 break
             side = stand(simulator, prior, levels, self.settings, around)
-            state = fit(simulator, spectra, candidate, levels, uncertainty=side.uncertainty)
+            state = fit_again(simulator, spectra, best.state, STEPS, side.uncertainty)
             if state is None:
                 break
             whitened = whiten(state.plain, spectra)

@@ -2,7 +2,7 @@
 Sizes of effects that are far from every start, for a gap that no small one explains.
 
 Where a record is thousands of nats from a model, a score says neither which effect it is nor how
-large: sizes of all effects are tried.
+large: sizes of all effects are tried, in shorter segments, which show as much of so large a gap.
 """
 import numpy as np
 
@@ -14,6 +14,8 @@ from ssi_ros.gap.nominal.thresholds import LIMITS
 from ssi_ros.gap.selection.search import RIVALS
 from ssi_ros.gap.selection.thresholds import SELECTION
 
+SHORTER = 4             # times, segments in which sizes are tried
+LEAST_BANDS = 8         # that short segments are to resolve
 KINDS = 3               # of effects that are fitted at all sizes
 SCANNED = 3             # sizes of an effect that are fitted further
 
@@ -33,12 +35,12 @@ def is_near(comparison, fit):
 
 def anywhere(comparison, residual, beside=None):
     """Return effects of all kinds and sizes, beside a fit that leaves much, a little fitted."""
-    fit, spectra = beside or comparison.null, comparison.record.spectra
+    fit = beside or comparison.null
     if residual.p_value >= SELECTION['residual_p'].value or (
             residual.gap.lost < LIMITS.wrong_model.value) or (
             beside and (len(fit.state.model) > 1 or not is_near(comparison, beside))):
         return ()       # beside what varies in time it would take minutes
-    simulator, ones = comparison.side(fit).simulator, np.ones(len(fit.levels))
+    (simulator, spectra), ones = shortened(comparison, fit), np.ones(len(fit.levels))
 
     def likelihood(effect):
         now = simulator.expected(fit.candidate.with_one_more(effect), fit.levels)
@@ -55,5 +57,19 @@ def a_little_fitted(comparison, effects, beside=None, uncertainty=None):
     """Return candidates of effects beside a fit, that without effects if none is given."""
     # far away, what is not known of the model takes up little, and most of the time
     fit = beside or comparison.null
-    return best_starts(comparison.side(fit).simulator, comparison.record.spectra,
-                       [fit.candidate.with_one_more(e) for e in effects], fit.levels, uncertainty)
+    simulator, spectra = shortened(comparison, fit) if uncertainty is None else (
+        comparison.side(fit).simulator, comparison.record.spectra)
+    return best_starts(simulator, spectra, [fit.candidate.with_one_more(e) for e in effects],
+                       fit.levels, uncertainty)
+
+
+def shortened(comparison, fit):
+    """Return the model side that a fit stands on, and the Evidence, in shorter segments."""
+    simulator, record = comparison.side(fit).simulator, comparison.record
+    frame = simulator.frame.cut_shorter(SHORTER, comparison.settings)
+    # what is recorded of inputs, and rows that are missing, are known of the usual segments only
+    if simulator.recorded or record.missing.any() or (
+            frame.last - frame.first < LEAST_BANDS * comparison.settings.band_bins):
+        return simulator, record.spectra
+    simulator = simulator.on(frame)
+    return simulator, simulator.evidence(record.samples)

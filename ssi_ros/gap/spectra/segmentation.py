@@ -1,5 +1,5 @@
 """From samples to tapered spectra of segments of the record, eq. (93)."""
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -29,6 +29,7 @@ class Frame:
     taper: np.ndarray       # (rows,), weights w, of sum w^2 = 1
     overlap: np.ndarray     # (rows,)
     settlings: float = 1.0  # of a motion that does not decay, over the record
+    most: int = MOST        # segments that are held one by one
 
     @property
     def segments(self):
@@ -43,7 +44,7 @@ class Frame:
     @property
     def parts(self):
         """Return in how many parts a record changes: its segments, or groups of neighbours."""
-        return self.segments if self.segments <= MOST else PARTS
+        return self.segments if self.segments <= self.most else min(PARTS, self.most)
 
     def parts_of(self, segments):
         """Return the number of the part that each of some segments is in."""
@@ -75,6 +76,12 @@ class Frame:
     def inflation(self):
         """Rows sum w^4 >= 1, by which the information in all bins is below their number."""
         return self.rows * float(np.sum(self.taper ** 4))
+
+    def cut_shorter(self, times, settings):
+        """Return the frame of so many times as many segments, in the same parts."""
+        rows = self.rows // times
+        return replace(frame_at(self.rate_hz, rows, tuple(
+            b + k * rows for b in self.begins for k in range(times)), settings), most=self.parts)
 
     def inflation_of(self, bins):
         """Return the variance inflation of so many neighbouring bins."""
