@@ -53,15 +53,16 @@ class Compared:
         return mean
 
 
-def compared(nominal_of, one, two, effects):
+def compared(nominal_of, one, two, effects, noisier):
     """
     Return the Spectra of a reference and a record as a `Compared`; levels are no difference.
 
-    `nominal_of` makes a Nominal of the Spectra of the reference. Where its modes do not explain
-    them, one level is free, and bands in which either hides in noise are left out.
+    `nominal_of` makes a Nominal of the Spectra of the reference, `noisier` the Spectra of both
+    with white noise of powers (2, l) in their samples. Where the modes of the reference do not
+    explain it, one level is free, and bands in which either hides in noise are left out.
     """
     whole = Compared(nominal_of(one), one, two)
-    freed = at_free_levels(whole, effects)
+    freed = at_free_levels(whole, effects, noisier)
     if freed:
         return freed
     level, std = level_of(one.mean, two.mean, one.freedom, two.freedom)
@@ -70,7 +71,10 @@ def compared(nominal_of, one, two, effects):
     if quiet.all() or abs(level) <= LIMITS.other_level.value + LIMITS.clear_level.value * std:
         return whole
     one, two = (_padded(s.in_bands(~quiet)) for s in (one, two))
-    return replace(_at_one_level(Compared(nominal_of(one), one, two)), notes=(
+
+    def loud(powers):
+        return (_padded(s.in_bands(~quiet)) for s in noisier(powers))
+    return replace(_at_one_level(Compared(nominal_of(one), one, two), loud), notes=(
         f'the level differs by {10 * level / np.log(10):+.1f} dB; {quiet.sum()} of {len(quiet)} '
         'bands hold noise only, which does not grow with it, and were left out',))
 
@@ -86,29 +90,31 @@ def _padded(spectra):
     return replace(spectra, groups=spectra.groups + power[:, :, None] * np.eye(power.shape[1]))
 
 
-def _of_equal_noise(nominal, one, two):
+def missing_noise(nominal, one, two):
     """
-    Return the Spectra of a reference and a record, noise added to what has less of it.
+    Return the power of noise that a reference and a record have less than the other, (2, l).
 
     Noise does not grow with the level of the forces. What each channel has more or less of it
-    than a level explains is made equal, as far as noise that stays as it is could make it.
+    than a level explains is to be made equal, as far as noise that stays could make it so.
     """
+    if level_of(one.mean, two.mean)[0] > 0.0:
+        # more noise is always a spectrum, less need not be
+        return missing_noise(_with(nominal, two), two, one)[::-1]
     record, forms = Averages(two.mean, one.freedom, two.freedom), all_forms(
         nominal, ('sensor_noise',))
     fitted = fit(nominal, record, forms)
     if not np.isfinite(fitted.x).all() or not fitted.prediction.possible:
-        return one, two
+        return np.zeros((2, len(nominal.floor)))
     level = np.exp(fitted.x[0])
     change = level * fitted.x[2:] + fitted.x[1]      # in floors of the channels
     change = np.clip(change, min(0.0, 1 - level), max(0.0, 1 - level))
     # of one channel alone it is an effect
     most = ALIKE * np.median(np.abs(change))
     change = nominal.floor * np.clip(change, -most, most)
-    return (replace(one, groups=one.groups + np.diag(np.maximum(change, 0.0) / level)),
-            replace(two, groups=two.groups + np.diag(np.maximum(-change, 0.0))))
+    return np.maximum([change / level, -change], 0.0)
 
 
-def at_free_levels(whole, effects):
+def at_free_levels(whole, effects, noisier):
     """
     Return a Compared whose reference is at the levels of the record, each input's on its own.
 
@@ -163,13 +169,13 @@ def at_free_levels(whole, effects):
         return None
     best, fitted = found[int(np.argmin(away))]
     if best is whole:
-        return full if equal else _at_one_level(full)
+        return full if equal else _at_one_level(full, noisier)
     return replace(best, nominal=replace(best.nominal, law=_law(forces, whole, base, fitted)))
 
 
-def _at_one_level(whole):
+def _at_one_level(whole, noisier):
     """Return a Compared whose levels differ by one factor, of which noise is no part."""
-    one, two = _of_equal_noise(whole.nominal, whole.one, whole.two)
+    one, two = noisier(missing_noise(whole.nominal, whole.one, whole.two))
     return Compared(_with(whole.nominal, one), one, two)
 
 

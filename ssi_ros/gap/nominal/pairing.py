@@ -99,12 +99,17 @@ def dither_of(pair):
 def dithered(pair, seed=0):
     """Return both recordings with the same white noise, negligible beside the rms."""
     # What lies deeper below the motion changes from hour to hour on any hardware, and is no gap.
-    # As noise in the samples it scatters as noise does, so that no floor has to know of it.
-    rng = np.random.default_rng(seed)
-    both = pair.reference, pair.record
     size = dither_of(pair)
-    noisy = [v + size * rng.standard_normal(v.shape) for v in both]
-    return replace(pair, reference=noisy[0], record=noisy[1])
+    return noisy(pair, (size, size), seed)
+
+
+def noisy(pair, sizes, seed=0):
+    """Return both recordings with white noise of rms (2, l) in their samples."""
+    # there it scatters as noise does, so that no floor has to know of it
+    rng = np.random.default_rng(seed)
+    reference, record = (v + s * rng.standard_normal(v.shape) for v, s in zip(
+        (pair.reference, pair.record), sizes))
+    return replace(pair, reference=reference, record=record)
 
 
 def _columns(samples, names):

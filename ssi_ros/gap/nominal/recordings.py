@@ -16,7 +16,7 @@ from ssi_ros.gap.nominal.modal.mixed_halves import floor_of_halves
 from ssi_ros.gap.nominal.modal.reference import identified, make_nominal, Nominal
 from ssi_ros.gap.nominal.modal.score_test import ModalScoreTest, score_forms
 from ssi_ros.gap.nominal.modal.starting_values import all_forms
-from ssi_ros.gap.nominal.pairing import dither_of, dithered, make_pair, Pair
+from ssi_ros.gap.nominal.pairing import dither_of, dithered, make_pair, noisy, Pair
 from ssi_ros.gap.nominal.periodic.detections import both_repeat, in_phase
 from ssi_ros.gap.nominal.periodic.period import period_of
 from ssi_ros.gap.nominal.periodic.random_walk import independent_share
@@ -30,6 +30,7 @@ from ssi_ros.regimes.frequency_shift import modes_again, shifted_modes
 from ssi_ros.regimes.odd_channels import odd_channels
 from ssi_ros.regimes.varying_level import steady_share
 
+NOISE_SEED = 1          # of noise beside another level
 SOURCES = 'recordings', 'periods'
 DETECTORS = chirp, impulses, level, samples, tone    # they enter themselves in the registry
 
@@ -200,7 +201,10 @@ def prepare(reference, record, effects):
         return found.trusted(independent_share(repeats[0], cut, same_signal(*repeats))).trusted(
             steady_share(repeats[:1 if clear_level else 2], dither, cut,
                          (one.freedom, two.freedom)))
-    there = compared(nominal_of, one, two, effects)
+
+    def noisier(powers):
+        return noisy(pair, np.sqrt(powers * pair.rate_hz / 2), NOISE_SEED).spectra(full_cut)
+    there = compared(nominal_of, one, two, effects, noisier)
     full_mean = there.in_all_bands(full_mean, full_cut, level)
     raw = tuple(s.values[:, [s.channels.index(c) for c in pair.channels]]
                 for s in (reference, record))
