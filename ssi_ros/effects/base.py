@@ -130,6 +130,8 @@ class Effect:
     ----------
     name : str
         By which it is given on the command line.
+    law_of : str
+        Name of the effect that it is another law of, and that an answer names; empty for none.
     site : Site
         Where it acts.
     size : str
@@ -176,6 +178,7 @@ class Effect:
     """
 
     name = ''
+    law_of = ''
     site = None
     size = ''
     reference = ''
@@ -204,6 +207,11 @@ class Effect:
         """Whether the effect is at the value that changes nothing."""
         return all(getattr(self, f.name) == f.default for f in fields(self)
                    if f.name in (self.size, *self.together))
+
+    @property
+    def answer(self):
+        """Return the name that an answer has for it."""
+        return self.law_of or self.name
 
     @property
     def limit(self):
@@ -252,6 +260,14 @@ class Effect:
     def deviations(self, spacecraft):
         """Return its size in declared deviations of the error of the model that is the same."""
         return math.inf
+
+    def scale_of(self, f):
+        """Return how large a number begins, less that of none; 0 where nothing says so."""
+        # what grows with the size has its scale
+        alone = any(v != f.default for v in self.starts[f.name])
+        name = self.size if f.name in self.together and not alone else f.name
+        null = next(q.default for q in self.numbers() if q.name == name)
+        return max(abs(v - null) for v in self.starts[name])
 
     @classmethod
     def starts_on(cls, spacecraft, place):

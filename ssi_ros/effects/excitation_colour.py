@@ -2,7 +2,7 @@
 from dataclasses import replace
 
 from ssi_ros.effects.base import Effect, effect, ModalPattern, Site
-from ssi_ros.model.excitation import Coloured, Varying, White
+from ssi_ros.model.excitation import Coloured, Filtered, Varying, White
 from ssi_ros.quantity import quantity
 
 
@@ -23,7 +23,7 @@ class ExcitationColour(Effect):
 
     def apply(self, setup):
         """Return the setup with the low-pass on all that is random in the excitation."""
-        random = White, Varying, Coloured
+        random = White, Varying, Filtered
         parts = tuple(Coloured(p, self.corner_hz) if isinstance(p, random) else p
                       for p in setup.system.excitation)
         return replace(setup, system=replace(setup.system, excitation=parts))

@@ -42,6 +42,13 @@ def effect_class(name):
     return effects[name]
 
 
+def with_laws(classes):
+    """Return classes of effects, and those that are other laws of them."""
+    names = {cls.name for cls in classes}
+    return (*classes, *(cls for n, cls in library().items() if cls.law_of in names
+                        and n not in names))
+
+
 def parse_effect(text):
     """
     Read an effect from `name:param=value,...`, the form of the command line.

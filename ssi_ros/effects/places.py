@@ -4,6 +4,8 @@ from itertools import product
 import numpy as np
 
 from ssi_ros.effects.library import effect_class, library
+from ssi_ros.model.excitation import source
+from ssi_ros.model.structure import default_excitation
 
 GROUND = 'ground'       # what does not move
 MOST_PAIRS = 60         # of points that are joined: the most strongly joined ones
@@ -42,7 +44,8 @@ def applicable(model, names=None):
         check_needs(model, classes)
         return tuple(cls.name for cls in classes)
     there = set(offered(model))
-    return tuple(n for n, cls in library().items() if set(cls.needed()) <= there)
+    return tuple(n for n, cls in library().items()
+                 if set(cls.needed()) <= there and not cls.law_of)
 
 
 def check_needs(model, classes):
@@ -87,7 +90,18 @@ def _choices(f, model):
         return [str(i + 1) for i in range(model.vibrating)]
     if f.name == 'freedom':
         return list(model.points)
+    if f.name == 'force':
+        names = levels_of(model)
+        all_but_one = ['+'.join(n for n in names if n != left) for left in names]
+        return ['all', *names * (len(names) > 1), *all_but_one * (len(names) > 2)]
     return (['all'] if f.default == 'all' else []) + [s.name for s in model.sensors]
+
+
+def levels_of(model):
+    """Return the names of what is random in the excitation and has a level of its own."""
+    if hasattr(model, 'level_names'):
+        return model.level_names
+    return [p.name for p in default_excitation(model) if any(source(p).rms)]
 
 
 def pairs(model):

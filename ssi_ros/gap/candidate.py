@@ -35,7 +35,7 @@ class Candidate:
     @property
     def names(self):
         """Names of the effects."""
-        return tuple(e.name for e in self.effects)
+        return tuple(e.answer for e in self.effects)
 
     @property
     def nonlinear(self):
@@ -104,7 +104,7 @@ def priors_of(candidate):
             # the stiffness of a hinge is the same quantity, whatever its law
             found.append(RangePrior(decades))
         elif len(starts) == 1:
-            found.append(RangePrior(2 * max(abs(starts[0]), 1e-12)))
+            found.append(RangePrior(2 * max(abs(starts[0]), e.scale_of(f), 1e-12)))
         else:
             found.append(RangePrior(
                 2 * (to_coordinate(f, starts[-1]) - to_coordinate(f, starts[0]))))

@@ -13,6 +13,7 @@ import zlib
 import numpy as np
 
 LEVEL_RATE_HZ = 100.0       # the rate at which the rms of white excitation is declared
+DECADES = 3.0               # below half of the rate, over which a force may have any smooth colour
 
 
 def generator(seed, name):
@@ -76,8 +77,8 @@ class White:
 
 
 def layers(part):
-    """Yield what a part goes through, each Varying or Coloured, the outermost first."""
-    while isinstance(part, (Varying, Coloured)):
+    """Yield what a part goes through, each Varying or Filtered, the outermost first."""
+    while isinstance(part, (Varying, Filtered)):
         yield part
         part = part.part
 
@@ -93,18 +94,18 @@ def steadied(part):
     """Return a part whose level does not vary, its colours kept."""
     if isinstance(part, Varying):
         return steadied(part.part)
-    return replace(part, part=steadied(part.part)) if isinstance(part, Coloured) else part
+    return replace(part, part=steadied(part.part)) if isinstance(part, Filtered) else part
 
 
 def colour_of(part, frequencies_hz):
     """Return the power gain at frequencies of all the colours that a part has."""
     return np.prod([layer.power(frequencies_hz) for layer in layers(part)
-                    if isinstance(layer, Coloured)], axis=0)
+                    if isinstance(layer, Filtered)], axis=0)
 
 
 def has_colour(part):
     """Return whether a part has a colour."""
-    return any(isinstance(layer, Coloured) for layer in layers(part))
+    return any(isinstance(layer, Filtered) for layer in layers(part))
 
 
 @dataclass(frozen=True)
@@ -144,22 +145,15 @@ class Varying:
         return self.part.covariance(rate_hz, inputs) * (1.0 + self.depth ** 2 / 2)
 
 
-@dataclass(frozen=True)
-class Coloured:
+class Filtered:
     """
-    A white part through a first-order low-pass, eq. (29a): its samples are coloured, then held.
+    A part of the excitation through a filter of least phase: its samples are filtered, then held.
 
-    The sampled sequence has the power |1 / (1 + j f / corner_hz)|^2 up to half of the rate, so a
-    corner far above it changes nothing. A continuous filter would delay what acts at once by a
-    whole sample, however high its corner.
+    A continuous filter would delay what acts at once by a whole sample. A subclass is a frozen
+    record with `part`, what is filtered.
     """
 
-    part: object
-    corner_hz: float
-
-    def __post_init__(self):
-        if not (np.isfinite(self.corner_hz) and self.corner_hz > 0.0):
-            raise ValueError(f'corner_hz={self.corner_hz:g} must be a positive number [Hz]')
+    longest = 4096      # rows, at least, in which the response to a sample ends
 
     @property
     def name(self):
@@ -168,17 +162,16 @@ class Coloured:
 
     def power(self, frequencies_hz):
         """Return the power gain at frequencies."""
-        return 1.0 / (1.0 + (np.asarray(frequencies_hz) / self.corner_hz) ** 2)
+        raise NotImplementedError
 
     def scaled(self, factor):
         """Return the same with another corner, that of the innermost low-pass."""
-        inner = self.part
-        return (replace(self, part=inner.scaled(factor)) if isinstance(inner, Coloured)
-                else replace(self, corner_hz=self.corner_hz * factor))
+        return replace(self, part=self.part.scaled(factor)) if isinstance(
+            self.part, Filtered) else self
 
     def taps(self, rate_hz):
         """Return the causal filter of least phase that has this power, shape (n,)."""
-        count = 1 << int(np.ceil(np.log2(max(4096.0, 40 * rate_hz / self.corner_hz))))
+        count = 1 << int(np.ceil(np.log2(max(self.longest, self.settles(rate_hz)))))
         cepstrum = np.fft.irfft(np.log(self.power(np.fft.rfftfreq(count, 1 / rate_hz))) / 2)
         cepstrum[1:count // 2] *= 2
         cepstrum[count // 2 + 1:] = 0.0
@@ -186,6 +179,10 @@ class Coloured:
         # what follows has less than 1e-10 of the power
         rest = np.cumsum(taps[::-1] ** 2)[::-1]
         return taps[:max(1, int(np.argmax(rest < 1e-10 * rest[0])))]
+
+    def settles(self, rate_hz):
+        """Return the rows in which the response to a sample ends, where it is long."""
+        return 0.0
 
     def begin(self, rate_hz, inputs, generator):
         """Return the forces as a function of first sample and count."""
@@ -200,8 +197,59 @@ class Coloured:
         return forces
 
     def covariance(self, rate_hz, inputs):
-        """Return the covariance of the white part: what slow modes see of it, shape (m, m)."""
+        """Return the covariance of the white part, shape (m, m)."""
         return self.part.covariance(rate_hz, inputs)
+
+
+@dataclass(frozen=True)
+class Coloured(Filtered):
+    """
+    A white part through a first-order low-pass, eq. (29a).
+
+    The sampled sequence has the power |1 / (1 + j f / corner_hz)|^2 up to half of the rate, so a
+    corner far above it changes nothing.
+    """
+
+    part: object
+    corner_hz: float
+
+    def __post_init__(self):
+        if not (np.isfinite(self.corner_hz) and self.corner_hz > 0.0):
+            raise ValueError(f'corner_hz={self.corner_hz:g} must be a positive number [Hz]')
+
+    def power(self, frequencies_hz):
+        """Return the power gain at frequencies."""
+        return 1.0 / (1.0 + (np.asarray(frequencies_hz) / self.corner_hz) ** 2)
+
+    def scaled(self, factor):
+        """Return the same with another corner, that of the innermost low-pass."""
+        return (super().scaled(factor) if isinstance(self.part, Coloured)
+                else replace(self, corner_hz=self.corner_hz * factor))
+
+    def settles(self, rate_hz):
+        """Return the rows in which the response to a sample ends, where it is long."""
+        return 40 * rate_hz / self.corner_hz
+
+
+@dataclass(frozen=True)
+class Shaped(Filtered):
+    """
+    A white part whose power is a polynomial in the logarithm of frequency, in dB, eq. (82a).
+
+    `orders` (n,) are what the Legendre polynomials of order 1 to n are multiplied by [dB], over
+    the three decades up to `top_hz`; below, the power is what it is at their end.
+    """
+
+    part: object
+    orders: tuple
+    top_hz: float
+    longest = 1 << 15
+
+    def power(self, frequencies_hz):
+        """Return the power gain at frequencies."""
+        decades = np.log10(np.maximum(np.asarray(frequencies_hz) / self.top_hz, 10.0 ** -DECADES))
+        at = np.clip(2 * decades / DECADES + 1, -1.0, 1.0)
+        return 10 ** (np.polynomial.legendre.legval(at, (0.0, *self.orders)) / 10)
 
 
 def begin_all(parts, rate_hz, inputs, seed):

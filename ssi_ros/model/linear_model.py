@@ -212,11 +212,15 @@ class LinearModel:
         """Return the model with the errors of its modes at values, (m,)."""
         return replace(self, calibration=replace(self.calibration, values=values))
 
+    @property
+    def level_names(self):
+        """Return the names of the groups of inputs that have a level of their own."""
+        return list(dict.fromkeys(d.level_name for d in self.drives if d.level > 0.0))
+
     def at_levels(self, levels):
         """Return the model at powers of its random inputs, group by group, and of its noise."""
         *driven, noise = np.sqrt(levels)
-        factor = dict(zip(dict.fromkeys(d.level_name for d in self.drives if d.level > 0.0),
-                          driven))
+        factor = dict(zip(self.level_names, driven))
         return replace(
             self, drives=tuple(replace(d, level=d.level * float(factor.get(d.level_name, 1.0)))
                                for d in self.drives),

@@ -6,7 +6,7 @@ does not, which the phases between channels show where it is strong.
 """
 import numpy as np
 
-from ssi_ros.model.excitation import Coloured, columns, layers, source
+from ssi_ros.model.excitation import columns, Filtered, layers, source
 
 SMALL = 1e-6            # of an exponent, below which its quotient is taken for its limit
 
@@ -14,7 +14,7 @@ SMALL = 1e-6            # of an exponent, below which its quotient is taken for 
 def is_machine(part):
     """Return whether a part of the excitation is not held over a sample."""
     return not getattr(source(part), 'held', True) and not any(
-        isinstance(layer, Coloured) for layer in layers(part))
+        isinstance(layer, Filtered) for layer in layers(part))
 
 
 class Machine:

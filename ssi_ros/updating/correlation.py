@@ -67,7 +67,7 @@ def heights_of(simulator, candidate, levels, errors, known=None):
     `errors` counts those of the model's numbers; `known` is the Correlation if that is known.
     """
     known = known or correlation(simulator, candidate, levels)
-    model, frame = simulator.expected(candidate, levels).at(levels), simulator.frame
+    model, frame = simulator.expected_there(candidate, levels).at(levels), simulator.frame
     lower = inverse_root(model.mean(axis=0))
     heights = known.heights(lower, frame.segments / frame.inflation)
     return ModelUncertainty(tuple(f'height {i + 1}' for i in range(len(heights))),
@@ -84,7 +84,7 @@ def correlation(simulator, candidate=Candidate(), levels=None):
     segments, by the shares that a mode has of the power of both, less that of white noise.
     """
     frame, known = simulator.frame, simulator.known
-    expected = simulator.expected(candidate, levels)
+    expected = simulator.expected_there(candidate, levels)
     levels = np.ones(len(expected.names)) if levels is None else levels
     power = np.trace(expected.at(levels).mean(axis=0)[:, known:, known:], axis1=1, axis2=2).real
     system = linearise(simulator.setup(candidate, levels)).system

@@ -174,7 +174,7 @@ def climbed(problem, levels, values, steps):
 
     """
     candidate, stds = problem.candidate, problem.stds
-    there = problem.recordings[0].simulator.expected(candidate)
+    there = problem.recordings[0].simulator.expected_there(candidate)
     count = len(there.names) * len(problem.recordings)
     if levels is None or len(levels) != count:
         levels = np.zeros(count)

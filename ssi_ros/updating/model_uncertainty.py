@@ -17,7 +17,7 @@ from ssi_ros.effects.statistical_linearisation import linearise
 from ssi_ros.gap.inference.whittle import whiten
 from ssi_ros.hermitian import hermitian, inverse_root, white_vectors
 from ssi_ros.model.errors import with_frequencies
-from ssi_ros.model.excitation import Coloured, steadied
+from ssi_ros.model.excitation import Filtered, steadied
 from ssi_ros.updating.merged_bins import merged_bins, MergedBins
 from ssi_ros.updating.probable_errors import ErrorLikelihood, factors, most_probable, seen
 from ssi_ros.updating.slopes import matrix_changes, plain_slopes
@@ -238,7 +238,7 @@ def _moves(setup, settings):
 
 def _recoloured(setup, kind):
     """Return the setup with the corners of torques, or of process noise, multiplied."""
-    parts = tuple(p.scaled(1 + STEP) if isinstance(p, Coloured) and p.name.startswith(kind) else p
+    parts = tuple(p.scaled(1 + STEP) if isinstance(p, Filtered) and p.name.startswith(kind) else p
                   for p in setup.system.excitation)
     return replace(setup, system=replace(setup.system, excitation=parts))
 

@@ -5,14 +5,16 @@ import re
 import numpy as np
 import pytest
 
-from ssi_ros.effects import applicable, effect_class, inject, parse_effect, simulate_setup, Site
+from ssi_ros.effects import (
+    applicable, effect_class, inject, parse_effect, simulate_setup, Site, with_laws)
 from ssi_ros.effects.registry import detectors, detects, showing
 import ssi_ros.gap.detectors         # noqa: F401 (its files register themselves)
 from ssi_ros.model import assemble, load_spacecraft, simulate
 from ssi_ros.quantity import quantities
 
 SECONDS = 8.0
-NAMES = applicable(None)         # of a spacecraft
+# of a spacecraft
+NAMES = [cls.name for cls in with_laws(tuple(map(effect_class, applicable(None))))]
 FIXED = {     # the names that labels and verdicts share
     Site.EXCITATION: 'excitation_colour harmonic_disturbance impulsive_events '
                      'nonstationary_excitation wheel_speed_sweep',
@@ -105,8 +107,9 @@ def test_a_model_can_show_it(name):
 @pytest.mark.parametrize('name', NAMES)
 def test_a_recording_can_show_it(name):
     """Where there is no geometry an effect declares a pattern, and is found by it."""
-    patterns = effect_class(name).patterns
-    assert patterns and all(name in showing(p) for p in patterns)
+    cls = effect_class(name)
+    patterns = effect_class(cls.law_of or name).patterns
+    assert patterns and all((cls.law_of or name) in showing(p) for p in patterns)
 
 
 def test_a_second_detector_of_one_kind_is_refused():

@@ -17,7 +17,7 @@ SIDE = Simulator(CRAFT, make_frame(6000, 100.0, DiagnosisSettings()), 60.0)
 def started(name):
     """Return the effect at the first of its starting values and its first place."""
     cls = effect_class(name)
-    words = {f.name: {'array': 'E1', 'channel': 'e1_a', 'source': 'e1_b'}[f.name]
+    words = {f.name: {'array': 'E1', 'channel': 'e1_a', 'source': 'e1_b', 'force': 'all'}[f.name]
              for f in cls.words()}
     return cls(**words, **{k: v[0] for k, v in cls.starts_on(CRAFT, words).items()})
 

@@ -25,18 +25,26 @@ def exact_spacecraft():
     return replace(load_spacecraft(), uncertainty=EXACT)
 
 
-@pytest.mark.parametrize('part, words', [
-    pytest.param(White('other', ('torque_y',), (0.07,)), 'random torque about y',
-                 marks=pytest.mark.slow),
-    pytest.param(Coloured(White('other', ('torque_x',), (0.3,)), 0.5),
-                 'torque about x slower than', marks=pytest.mark.slow)])
-def test_torques_that_are_not_in_the_library_are_told(part, words):
-    """No effect of the library adds them: the answer is that none explains the record."""
+def beside(part):
+    """Return the diagnosis of a record with one more part of the excitation."""
     setup = add_part(inject(load_spacecraft(), (), 600.0), part)
-    found = diagnose(exact_spacecraft(), simulate_setup(setup, 5),
-                     DiagnosisSettings(), pairs=False)
+    return diagnose(exact_spacecraft(), simulate_setup(setup, 5), DiagnosisSettings(),
+                    pairs=False)
+
+
+@pytest.mark.slow
+def test_a_torque_that_is_not_in_the_library_is_told():
+    """No effect of the library adds it: the answer is that none explains the record."""
+    found = beside(White('other', ('torque_y',), (0.07,)))
     assert found.outcome == 'UNEXPLAINED'
-    assert any(words in s for s in found.signs)
+    assert any('random torque about y' in s for s in found.signs)
+
+
+@pytest.mark.slow
+def test_a_slow_torque_beside_one_about_its_axis_is_a_colour():
+    """Both together are one torque with more power at low frequencies."""
+    found = beside(Coloured(White('other', ('torque_x',), (0.3,)), 0.5))
+    assert found.outcome == 'EXPLAINED' and found.verdict['effects'] == ('excitation_colour',)
 
 
 def test_scores_of_strangers_are_standard_where_the_model_is_right():

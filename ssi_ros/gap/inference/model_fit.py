@@ -214,7 +214,7 @@ def differences(simulator, candidate, levels, model, near=None):
 def scales_of(candidate):
     """Return the longest step of every coordinate: a unit of a logarithm, or a start, (p,)."""
     def size(i, f):
-        away = max(abs(v - f.default) for v in candidate.effects[i].starts[f.name])
+        away = candidate.effects[i].scale_of(f)
         # a start at the default gives no scale: a fifth of the value then
         return 1.0 if is_log(f) else 5.0 * (away or 0.2 * abs(f.default) or 1e-6)
     return np.array([size(i, f) for i, f in candidate.numbers()])

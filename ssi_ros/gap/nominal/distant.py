@@ -48,7 +48,7 @@ def anywhere(comparison, residual, beside=None):
         return -np.inf if now is None else max(
             whiten(now.at(levels), spectra).likelihood for levels in (fit.levels, ones))
     others = [e for e in comparison.templates.effects
-              if not e.nonlinear and e.name not in fit.candidate.names]
+              if not e.nonlinear and e.answer not in fit.candidate.names]
     return tuple(c for effects in at_any_size(others, likelihood, KINDS)
                  for c in a_little_fitted(comparison, effects, beside)[:SCANNED])
 

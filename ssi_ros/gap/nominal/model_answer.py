@@ -18,7 +18,7 @@ STATISTICS = 3          # the gap, over all frequencies and in the worst stretch
 
 def alike(scores, names, limit):
     """Return the effects whose templates cannot be distinguished from those of some names."""
-    all_names, found = np.array([e.name for e in scores.effects]), list(names)
+    all_names, found = np.array([e.answer for e in scores.effects]), list(names)
     rows = np.flatnonzero(all_names == names[0]) if len(names) == 1 else []
     if len(rows):
         # the template that explains most stands for the effect
@@ -51,12 +51,13 @@ def parameters(ranked, detections):
             # 90 % to both sides, of the logarithm where a fit moves that
             low, high = (value * np.exp(s * Z90 * std / value) if log else value + s * Z90 * std
                          for s in (-1, 1))
-            found[f'{e.name}.{f.name}'] = Value(
+            found[f'{e.answer}.{f.name}'] = Value(
                 value, float(std), float(max(low, f.metadata['low'])),
                 float(min(high, f.metadata['high'])), f.metadata['unit'])
     for other in (parameters(r, detections) for r in ranked.others):
-        found = {k: replace(v, low90=min(v.low90, other[k].low90),
-                            high90=max(v.high90, other[k].high90)) for k, v in found.items()}
+        if other.keys() == found.keys():        # not of another law
+            found = {k: replace(v, low90=min(v.low90, other[k].low90),
+                                high90=max(v.high90, other[k].high90)) for k, v in found.items()}
     return found
 
 
@@ -96,7 +97,7 @@ def score_test_of(scores, scatter=1.0, signed=False):
     """Return the ScoreTest that all nominals share; `scatter`, (t,), and sign of the scores."""
     found = replace(scores, z=scores.z / scatter)
     return ScoreTest(
-        found.effects, tuple((e.name,) for e in found.effects), found.z,
+        found.effects, tuple((e.answer,) for e in found.effects), found.z,
         np.array([e.one_sided() for e in found.effects]), found.gains(),
         found.p_value(signed), scores)
 

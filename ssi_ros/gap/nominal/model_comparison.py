@@ -245,7 +245,8 @@ class ModelComparison(Comparison):
         rest, none = (self._scores(f.state.without_errors, self.side(f)) for f in (one, self.null))
         more = [e for s in (residual.score_test.state, rest) for e in starts.promising(
             s, PAIRS_TO_FIT)] + [d.basis for d in residual.detections]
-        pairs = [one.candidate.with_one_more(e) for e in more if e.name not in one.candidate.names]
+        pairs = [one.candidate.with_one_more(e) for e in more
+                 if e.answer not in one.candidate.names]
         pairs += map(Candidate, starts.promising_pairs(none, 0 if far else PAIRS_TO_FIT))
         pairs += self.anywhere(residual, one)
         return tuple({c.kinds: c for c in reversed(pairs)}.values())     # the first of each

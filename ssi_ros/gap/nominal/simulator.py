@@ -119,6 +119,14 @@ class Simulator:
         finite = all(np.all(np.isfinite(few_of(p))) for p in (*found.held, found.fixed))
         return found if finite else None
 
+    def expected_there(self, candidate, levels=None):
+        """Return its expected periodograms; ValueError where it cannot exist."""
+        found = self.expected(candidate, levels)
+        if found is None:
+            raise ValueError('the model cannot exist with '
+                             + (', '.join(candidate.names) or 'these errors'))
+        return found
+
     def spectrum(self, setup):
         """Return the expected periodograms of a setup."""
         return expected(setup, self.frame, self.jitter_noise,

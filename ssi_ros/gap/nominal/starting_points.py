@@ -4,7 +4,7 @@ from itertools import product
 
 import numpy as np
 
-from ssi_ros.effects import effect_class, places
+from ssi_ros.effects import effect_class, places, with_laws
 from ssi_ros.effects.sizes import at_size, brackets, change_of, LARGE, until_worse
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.inference.thresholds import LIMITS as LEVELS
@@ -21,7 +21,7 @@ ONE_BASIN = 2.0         # factor of sizes from which a fit comes to the same end
 def starting_points(classes, spacecraft):
     """Return every effect that has an expected spectrum at every place and starting value."""
     found = []
-    for cls in classes:
+    for cls in with_laws(classes):
         if not cls.spectral:
             continue
         for place in places(cls, spacecraft):
@@ -161,7 +161,7 @@ def replacements(scores, candidate):
         alike = np.abs(scores.cosine[own]).max(axis=0, initial=0.0)
         for j in np.flatnonzero(alike > LIMITS['indistinguishable'].value):
             e = scores.effects[j]
-            if e.name not in candidate.names and not e.nonlinear:
+            if e.answer not in candidate.names and not e.nonlinear:
                 found.setdefault((e.name, others), Candidate(
                     (*others, at_size(e, scores.size[j]))))
     return list(found.values())

@@ -169,7 +169,7 @@ def _changes(simulator, base, starts, report):
         report(0.5 * i / len(starts))
         there = simulator.expected(Candidate((effect,)))
         if there is not None:
-            yield effect.name, effect.site.value, effect.text(), there.at_nominal - base
+            yield effect.answer, effect.site.value, effect.text(), there.at_nominal - base
     for bins in np.array_split(np.arange(base.shape[1]), COARSE):
         low, high = simulator.frame.frequencies_hz[bins[[0, -1]]]
         for i, sensor in enumerate(simulator.spacecraft.sensors):

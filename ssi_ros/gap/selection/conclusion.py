@@ -162,7 +162,8 @@ def _outcome(case, best, top, tied, shares):
             f'{p_equation(case.gap["p_value"])}); the nearest is {words}')
     if unknown or not is_inside(best, case.residual):
         if odd := case.oddest:
-            return 'UNEXPLAINED', (f'{odd.text[:-1]}, which no effect that was fitted makes; '
+            shown = odd.text.removesuffix('.')
+            return 'UNEXPLAINED', (f'{shown}, which no effect that was fitted makes; '
                                    f'beside that the nearest, {words}, {removed}')
         more = ', but something that no effect makes is more probable' * bool(unknown)
         return 'UNEXPLAINED', f'the nearest effect, {words}, {removed}{more}'

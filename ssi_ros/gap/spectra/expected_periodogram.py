@@ -10,7 +10,7 @@ from ssi_ros.effects.edits import with_held_inputs
 from ssi_ros.effects.sampling_instants import SamplingInstants
 from ssi_ros.effects.statistical_linearisation import LinearisationResidual, linearise
 from ssi_ros.model.disturbances import Chirp, Nutation, Sine
-from ssi_ros.model.excitation import Coloured, layers, source, White
+from ssi_ros.model.excitation import Filtered, layers, source, White
 from ssi_ros.model.sensors import Noise
 from ssi_ros.model.statespace import powers_of, stationary_divisor
 from ssi_ros.weighted_sums import changed, each_of, interpolated, total_of, WeightedSum
@@ -95,7 +95,7 @@ def steady(setup, frame, jitter_noise):
     for part in system.excitation:
         inner, colour, level = source(part), 1.0, None
         for layer in layers(part):
-            if isinstance(layer, Coloured):
+            if isinstance(layer, Filtered):
                 colour = colour * layer.power(frame.frequencies_hz)[:, None, None]
             else:
                 level = layer
