@@ -10,7 +10,7 @@ DOC = 'times the Legendre polynomial of order {} in log f, three decades up to h
 
 
 def _decibels(order):
-    return quantity(0.0, unit='dB', low=-60.0, high=60.0, doc=DOC.format(order))
+    return quantity(0.0, unit='dB', low=-30.0, high=30.0, doc=DOC.format(order))
 
 
 @effect
@@ -21,19 +21,16 @@ class ExcitationSpectrum(Effect):
     law_of = 'excitation_colour'
     site = Site.EXCITATION
     size = 'slope_db'
-    together = ('curvature_db', 'third_order_db', 'fourth_order_db', 'fifth_order_db',
-                'sixth_order_db')
+    together = ('curvature_db', 'third_order_db', 'fourth_order_db')
     reference = 'Bendat and Piersol, Random Data, 2010, section 6 (shaping filter)'
     starts = {'slope_db': (3.0, 0.0), 'curvature_db': (0.0, 3.0), 'third_order_db': (0.0,),
-              'fourth_order_db': (0.0,), 'fifth_order_db': (0.0,), 'sixth_order_db': (0.0,)}
+              'fourth_order_db': (0.0,)}
 
     force: str = quantity('all', doc='torque, process_noise or levels of a model, joined by +')
     slope_db: float = _decibels(1)
     curvature_db: float = _decibels(2)
     third_order_db: float = _decibels(3)
     fourth_order_db: float = _decibels(4)
-    fifth_order_db: float = _decibels(5)
-    sixth_order_db: float = _decibels(6)
 
     def apply(self, setup):
         """Return the setup with this colour of what is random in the excitation."""

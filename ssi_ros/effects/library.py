@@ -44,6 +44,7 @@ def effect_class(name):
 
 def with_laws(classes):
     """Return classes of effects, and those that are other laws of them."""
+    classes = tuple(classes)
     names = {cls.name for cls in classes}
     return (*classes, *(cls for n, cls in library().items() if cls.law_of in names
                         and n not in names))

@@ -6,12 +6,15 @@ from types import SimpleNamespace
 import numpy as np
 from scipy.linalg import eigh
 
+from ssi_ros.effects.edits import add_part
 from ssi_ros.effects.places import GROUND
-from ssi_ros.model.excitation import total_covariance
+from ssi_ros.model.excitation import source, total_covariance, White
 from ssi_ros.model.joints import distance_rows, JointLaw
 from ssi_ros.model.linear_model import assemble_model
 from ssi_ros.model.system import is_held, RIGID, undamped_modes
 from ssi_ros.quantity import unknown
+
+ALONG = 0.999           # cosine of a force with an input, from which both are one
 
 
 def row_between(setup, freedom, to):
@@ -122,6 +125,23 @@ def with_mode(system, number, frequency=1.0, damping=1.0):
     return replace(
         system, stiffness=system.stiffness + (frequency ** 2 - 1) * squares[at] * both,
         damping=system.damping + (frequency * damping - 1) * own * both)
+
+
+def with_forces(setup, rms):
+    """Yield every point that no level drives alone, and the setup with a random force there."""
+    system = setup.system
+    alone = [p.inputs[0] for p in map(source, system.excitation)
+             if isinstance(p, White) and len(p.inputs) == 1]
+    driven = system.input[:, [system.inputs.index(n) for n in alone]]
+    for name in setup.spacecraft.points:
+        row = _row(setup, name)
+        most = ALONG * np.linalg.norm(driven, axis=0) * np.linalg.norm(row)
+        if np.any(np.abs(row @ driven) > most):
+            continue
+        force = f'force on {name}'
+        there = replace(setup, system=replace(
+            system, input=np.column_stack([system.input, row]), inputs=(*system.inputs, force)))
+        yield name, add_part(there, White(f'unmodelled {force}', (force,), (rms,)))
 
 
 def with_law(setup, row, between, kind, size, stiffness):

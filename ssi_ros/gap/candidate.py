@@ -103,8 +103,10 @@ def priors_of(candidate):
         elif e.hinge or (is_log(f) and len(starts) == 1):
             # the stiffness of a hinge is the same quantity, whatever its law
             found.append(RangePrior(decades))
+        elif e.law_of and f.name in e.together:     # anything that it may be
+            found.append(RangePrior(f.metadata['high'] - f.metadata['low']))
         elif len(starts) == 1:
-            found.append(RangePrior(2 * max(abs(starts[0]), e.scale_of(f), 1e-12)))
+            found.append(RangePrior(2 * max(abs(starts[0]), 1e-12)))
         else:
             found.append(RangePrior(
                 2 * (to_coordinate(f, starts[-1]) - to_coordinate(f, starts[0]))))

@@ -14,7 +14,7 @@ from ssi_ros.quantity import quantities
 
 SECONDS = 8.0
 # of a spacecraft
-NAMES = [cls.name for cls in with_laws(tuple(map(effect_class, applicable(None))))]
+NAMES = [cls.name for cls in with_laws(map(effect_class, applicable(None)))]
 FIXED = {     # the names that labels and verdicts share
     Site.EXCITATION: 'excitation_colour harmonic_disturbance impulsive_events '
                      'nonstationary_excitation wheel_speed_sweep',

@@ -31,7 +31,7 @@ def spacecraft():
 
 @pytest.mark.parametrize('text', [
     '', 'excitation_colour:corner_hz=8',
-    'excitation_spectrum:slope_db=-6,curvature_db=3,sixth_order_db=1',
+    'excitation_spectrum:slope_db=-6,curvature_db=3,fourth_order_db=1',
     'harmonic_disturbance:frequency_hz=12.013,torque_n_m=1',
     'wheel_speed_sweep:start_hz=5,end_hz=15,torque_n_m=0.3',
     'impulsive_events:rate_per_min=60,impulse_n_m_s=0.01',

@@ -6,6 +6,7 @@ import sys
 import numpy as np
 import pytest
 from ssi_ros.effects import inject, parse_effect, simulate_setup
+from ssi_ros.effects.points import with_forces
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.driver import diagnose
 from ssi_ros.gap.nominal.simulator import Simulator
@@ -127,3 +128,14 @@ def test_records_of_mujoco_are_diagnosed(robot, form, changes, right):
     name, place = right
     assert found.candidates[0].effects == (name,)
     assert place in found.candidates[0].built[0].text()
+
+
+def test_a_force_where_the_model_has_none_is_said_with_its_place():
+    """A machine on one floor of a building that the wind alone should move."""
+    setup = inject(BUILDING, (), 1800.0)
+    rms = max(d.level for d in BUILDING.drives)
+    driven = dict(with_forces(setup, rms))
+    assert 'floor_3' in driven
+    found = diagnose(BUILDING, simulate_setup(driven['floor_3'], 13), effects=SOME, pairs=False)
+    assert found.outcome == 'UNEXPLAINED' and 'a random force on floor_3' in found.reason
+    assert max(found.where.site, key=found.where.site.get) == 'excitation'

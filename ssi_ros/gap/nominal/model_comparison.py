@@ -249,7 +249,10 @@ class ModelComparison(Comparison):
                  if e.answer not in one.candidate.names]
         pairs += map(Candidate, starts.promising_pairs(none, 0 if far else PAIRS_TO_FIT))
         pairs += self.anywhere(residual, one)
-        return tuple({c.kinds: c for c in reversed(pairs)}.values())     # the first of each
+        # a law of many numbers stands in for what is left of any effect that is not one itself
+        law = any(e.law_of for e in one.candidate.effects)
+        return tuple({c.kinds: c for c in reversed(pairs) if law or not any(
+            e.law_of for e in c.effects)}.values())
 
     def indistinguishable(self, found, candidate):
         """Return candidates with one effect replaced by a nearly indistinguishable one."""

@@ -99,11 +99,10 @@ def dither_of(pair):
 def dithered(pair, seed=0):
     """Return both recordings with the same white noise, negligible beside the rms."""
     # What lies deeper below the motion changes from hour to hour on any hardware, and is no gap.
-    size = dither_of(pair)
-    return noisy(pair, (size, size), seed)
+    return noisy(pair, [dither_of(pair)] * 2, seed)
 
 
-def noisy(pair, sizes, seed=0):
+def noisy(pair, sizes, seed=1):
     """Return both recordings with white noise of rms (2, l) in their samples."""
     # there it scatters as noise does, so that no floor has to know of it
     rng = np.random.default_rng(seed)

@@ -30,7 +30,6 @@ from ssi_ros.regimes.frequency_shift import modes_again, shifted_modes
 from ssi_ros.regimes.odd_channels import odd_channels
 from ssi_ros.regimes.varying_level import steady_share
 
-NOISE_SEED = 1          # of noise beside another level
 SOURCES = 'recordings', 'periods'
 DETECTORS = chirp, impulses, level, samples, tone    # they enter themselves in the registry
 
@@ -127,8 +126,8 @@ class Recordings:
     @cached_property
     def _modes_again(self):
         """Modes that both hold; of other than random motion there are none."""
-        found = () if self.regime.unsteady else self.record_modes
-        return modes_again(self.nominal.identified, found)
+        return modes_again(self.nominal.identified,
+                           () if self.regime.unsteady else self.record_modes)
 
     @cached_property
     def dependence(self):
@@ -203,7 +202,7 @@ def prepare(reference, record, effects):
                          (one.freedom, two.freedom)))
 
     def noisier(powers):
-        return noisy(pair, np.sqrt(powers * pair.rate_hz / 2), NOISE_SEED).spectra(full_cut)
+        return noisy(pair, np.sqrt(powers * pair.rate_hz / 2)).spectra(full_cut)
     there = compared(nominal_of, one, two, effects, noisier)
     full_mean = there.in_all_bands(full_mean, full_cut, level)
     raw = tuple(s.values[:, [s.channels.index(c) for c in pair.channels]]

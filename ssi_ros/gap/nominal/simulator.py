@@ -123,8 +123,7 @@ class Simulator:
         """Return its expected periodograms; ValueError where it cannot exist."""
         found = self.expected(candidate, levels)
         if found is None:
-            raise ValueError('the model cannot exist with '
-                             + (', '.join(candidate.names) or 'these errors'))
+            raise ValueError(f'the model cannot exist with {candidate.names or "these errors"}')
         return found
 
     def spectrum(self, setup):

@@ -161,7 +161,7 @@ def replacements(scores, candidate):
         alike = np.abs(scores.cosine[own]).max(axis=0, initial=0.0)
         for j in np.flatnonzero(alike > LIMITS['indistinguishable'].value):
             e = scores.effects[j]
-            if e.answer not in candidate.names and not e.nonlinear:
+            if e.answer not in candidate.names and not (e.nonlinear or e.law_of):
                 found.setdefault((e.name, others), Candidate(
                     (*others, at_size(e, scores.size[j]))))
     return list(found.values())

@@ -139,7 +139,8 @@ def name_by_sides(shape, channels):
     groups = {}
     for channel, value in zip(channels, shape):
         groups.setdefault(channel.split('_')[0], []).append(value)
-    if len(groups) != 2 or any(len(g) != 2 for g in groups.values()):
+    sides = [c.split('_')[-1] for c in channels]
+    if len(groups) != 2 or sides != ['a', 'b', 'a', 'b']:     # edges of two arrays, as ours are
         return 'mode'
     first, second = groups.values()
     bending = abs(sum(first)) + abs(sum(second)) >= (

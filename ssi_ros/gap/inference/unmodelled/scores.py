@@ -3,6 +3,7 @@ from dataclasses import replace
 
 import numpy as np
 from scipy.linalg import block_diag
+from ssi_ros.effects.base import Site
 from ssi_ros.gap.comparison import Detection
 from ssi_ros.gap.detectors.thresholds import LIMITS as DETECTION
 from ssi_ros.gap.inference.score_test import directions, score, Scores
@@ -66,17 +67,18 @@ def detect_change(scores):
     tails = np.where(positive, norm.sf(z), 2 * norm.sf(np.abs(z)))
     best = int(np.argmin(tails))
     # two tests, the largest score and all modes together, share the p-value
-    p = float(min(1.0, 2 * len(tails) * tails[best]))
+    trials = 2 * len(tails)
+    p = float(min(1.0, trials * tails[best]))
     text = (f'the residual has the shape of {scores.effects[best].text}, '
             f'{abs(z[best]):.1f} standard deviations')
-    together, count = _of_all_modes(scores)
+    site, (together, count) = scores.effects[best].site, _of_all_modes(scores)
     if 2 * together < p:
-        p = 2 * together
+        p, site = 2 * together, Site.STRUCTURE.value
         text = (f'frequencies and dampings of single modes differ from the model, in {count} '
                 'numbers together')
     if p > DETECTION.p_value.value:
         return ()
-    return (Detection('', {}, p, text, trials=2 * len(tails), basis='unmodelled change'),)
+    return (Detection('', {}, p, text, trials=trials, basis='unmodelled change', site=site),)
 
 
 def _of_all_modes(scores):

@@ -8,9 +8,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ssi_ros.effects.base import Site
 from ssi_ros.effects.edits import add_part, mix, scale_stiffness
 from ssi_ros.effects.library import library
-from ssi_ros.effects.points import single_modes, with_mode
+from ssi_ros.effects.places import offered
+from ssi_ros.effects.points import single_modes, with_forces, with_mode
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.inference.score_test import Directions, Templates
 from ssi_ros.gap.inference.thresholds import LIMITS
@@ -27,6 +29,7 @@ TORQUE = 0.1            # of the nominal torque, rms
 DAMPING = 1.1
 STIFFNESS = 1.002       # of one mode
 DRIFT = 1.01            # of a number that drifts
+OUTSIDE = Site.EXCITATION.value
 
 
 @dataclass(frozen=True)
@@ -39,6 +42,7 @@ class UnmodelledChange:
     scatter: float = 1.0    # deviation of its score over that of independent bins and segments
     count: float = np.inf   # independent energies of the mode that its score is a mean of
     damped: tuple = None    # frequency [Hz] and decay [1/s] of the mode whose damping it is
+    site: str = Site.STRUCTURE.value    # where it is, empty if that is not known
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,10 +113,13 @@ def _constant_changes(simulator):
         rms = rms_of.get(name) or max(rms_of.get(n, 0.0) for n in named)
         white = White(f'unmodelled {name}', (name,), (TORQUE * rms,))
         if not rms_of.get(name):
-            yield UnmodelledChange(f'random {text}', True), add_part(setup, white)
+            yield UnmodelledChange(f'a random {text}', True, site=OUTSIDE), add_part(setup, white)
         for corner_hz in CORNERS_HZ if rms_of.get(name) else ():
-            yield (UnmodelledChange(f'a {text} slower than {corner_hz:g} Hz', True),
-                   add_part(setup, Coloured(white, corner_hz)))
+            yield (UnmodelledChange(f'power below {corner_hz:g} Hz in the {text}', True,
+                                    site=OUTSIDE), add_part(setup, Coloured(white, corner_hz)))
+    forces, most = 'points' in offered(simulator.spacecraft), max(rms_of.values(), default=1.0)
+    for name, there in with_forces(setup, TORQUE * most) if forces else ():
+        yield UnmodelledChange(f'a random force on {name}', True, site=OUTSIDE), there
     freedoms = [(i, *d.split('_eta')) for i, d in enumerate(system.dofs) if '_eta' in d]
     for array in dict.fromkeys(a for _, a, _ in freedoms):
         rows = [i for i, a, _ in freedoms if a == array]
@@ -143,7 +150,8 @@ def _drifts(simulator):
 
     for channel in system.channels:
         for cls in (e for e in library().values() if e.may_vary):
-            yield (UnmodelledChange(f'a drift of {cls.may_vary} of {channel}'),
+            yield (UnmodelledChange(f'a drift of {cls.may_vary} of {channel}',
+                                    site=cls.site.value),
                    cls(channel=channel, **{cls.size: DRIFT}).apply(setup))
     arrays = tuple(a.name for a in simulator.spacecraft.arrays)
     for some in dict.fromkeys([*((a,) for a in arrays), arrays]):
@@ -151,7 +159,8 @@ def _drifts(simulator):
         if len(some) == 1:          # of all it is the level
             gains = np.diag([DRIFT if s.array in some else 1.0
                              for s in simulator.spacecraft.sensors])
-            yield UnmodelledChange(f'a drift of the gain of all of {text}'), mix(setup, gains)
+            yield UnmodelledChange(f'a drift of the gain of all of {text}', site=''), mix(
+                setup, gains)
         yield (UnmodelledChange(f'a drift of the stiffness of {text}'),
                replace(setup, system=scale_stiffness(system, some, DRIFT)))
         rows = np.array([d.split('_eta')[0] in some for d in system.dofs])
