@@ -81,8 +81,9 @@ def identifiability(spacecraft, duration_s, settings=DiagnosisSettings(), progre
         lambda side: effect_templates(side, settings, names, progress))
     groups = {}
     for i, e in enumerate(templates.effects):
-        groups.setdefault((e.name, *(getattr(e, f.name) for f in e.words())), []).append(i)
-    names = np.array([e.name for e in templates.effects])
+        if not e.law_of:        # another law counts for its effect beside others
+            groups.setdefault((e.name, *(getattr(e, f.name) for f in e.words())), []).append(i)
+    names = np.array([e.answer for e in templates.effects])
     found = {}
     for (name, *_), members in groups.items():
         # derivatives by a size and by its opposite differ by rounding alone
