@@ -2,11 +2,14 @@
 Calibrate and diagnose spacecraft whose excitation has a colour that their model does not state.
 
     python -m validation.gap_colour 4 --first 1
+    python -m validation.gap_colour 5 --smooth
 
 Each spacecraft differs from its model as in `validation.gap_nominal` at 1 %, is driven at levels
 of its own in each record, and its torque and the forces on its modes pass low-passes of first
 order, corners even in their logarithm from 0.05 of the rate to 2.0; one in three is white. After a
-calibration on one healthy record, three further healthy records and four with an effect.
+calibration on one healthy record, three further healthy records and four with an effect. With
+`--smooth` they are healthy: one as it was calibrated, and three whose forces have a smooth colour
+beside, all of them, the torque or the process noise, each order of 2 dB.
 """
 import argparse
 from dataclasses import replace
@@ -28,6 +31,15 @@ EFFECTS = ('', '', '', 'sensor_gain:channel=e1_a,scale=1.03',
            'channel_delay:channel=e2_a,delay_s=0.0005')
 
 
+ORDERS = 'slope_db', 'curvature_db', 'third_order_db', 'fourth_order_db'
+
+
+def smooth(rng, force):
+    """Return a smooth colour of a force."""
+    drawn = zip(ORDERS, 2.0 * rng.standard_normal(len(ORDERS)))
+    return f'excitation_spectrum:force={force},' + ','.join(f'{n}={v:.3f}' for n, v in drawn)
+
+
 def corner(rng, rate_hz):
     """Return a corner [Hz]; infinite for one in three."""
     drawn = rate_hz * math.exp(rng.uniform(math.log(0.05), math.log(2.0)))
@@ -39,6 +51,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
     parser.add_argument('count', type=int, help='spacecraft')
     parser.add_argument('--first', type=int, default=1, help='number of the first')
+    parser.add_argument('--smooth', action='store_true', help='healthy, under smooth colours')
     args = parser.parse_args()
     model = replace(load_spacecraft(), uncertainty=uncertainty(ERRORS))
     for number in range(args.first, args.first + args.count):
@@ -56,7 +69,8 @@ def main():
         print(f'{number}: corners {corners}: p={found.checks[0].p_value:.2g} '
               f'{time.process_time() - begin:.0f}s; {"; ".join(found.notes) or "white"}',
               flush=True)
-        for case, text in enumerate(EFFECTS):
+        texts = ('', *(smooth(rng, f) for f in ('all', 'torque', 'process_noise')))
+        for case, text in enumerate(texts if args.smooth else EFFECTS):
             samples = record(90_001 + 10 * number + case, *filter(None, [text]))
             begin = time.process_time()
             answer = diagnose(found.spacecraft, samples)
