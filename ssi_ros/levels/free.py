@@ -97,9 +97,9 @@ def missing_noise(nominal, one, two):
     Noise does not grow with the level of the forces. What each channel has more or less of it
     than a level explains is to be made equal, as far as noise that stays could make it so.
     """
-    if level_of(one.mean, two.mean)[0] > 0.0:
-        # more noise is always a spectrum, less need not be
-        return missing_noise(_with(nominal, two), two, one)[::-1]
+    louder = level_of(one.mean, two.mean)[0] > 0.0
+    if louder:      # more noise than in the other is always a spectrum, less need not be
+        nominal, one, two = _with(nominal, two), two, one
     record, forms = Averages(two.mean, one.freedom, two.freedom), all_forms(
         nominal, ('sensor_noise',))
     fitted = fit(nominal, record, forms)
@@ -111,7 +111,8 @@ def missing_noise(nominal, one, two):
     # of one channel alone it is an effect
     most = ALIKE * np.median(np.abs(change))
     change = nominal.floor * np.clip(change, -most, most)
-    return np.maximum([change / level, -change], 0.0)
+    powers = np.maximum([change / level, -change], 0.0)
+    return powers[::-1] if louder else powers
 
 
 def at_free_levels(whole, effects, noisier):
