@@ -29,7 +29,7 @@ class Frame:
     taper: np.ndarray       # (rows,), weights w, of sum w^2 = 1
     overlap: np.ndarray     # (rows,)
     settlings: float = 1.0  # of a motion that does not decay, over the record
-    most: int = MOST        # segments that are held one by one
+    most: int = 0           # segments that are held one by one, 0: the usual number
 
     @property
     def segments(self):
@@ -44,7 +44,7 @@ class Frame:
     @property
     def parts(self):
         """Return in how many parts a record changes: its segments, or groups of neighbours."""
-        return self.segments if self.segments <= self.most else min(PARTS, self.most)
+        return self.segments if self.segments <= (self.most or MOST) else self.most or PARTS
 
     def parts_of(self, segments):
         """Return the number of the part that each of some segments is in."""
