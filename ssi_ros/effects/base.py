@@ -263,9 +263,9 @@ class Effect:
 
     def scale_of(self, f):
         """Return how large a number begins, less that of none; 0 where nothing says so."""
-        # what grows with the size has its scale
-        alone = any(v != f.default for v in self.starts[f.name])
-        name = self.size if f.name in self.together and not alone else f.name
+        # what grows with the size and begins at none has its scale
+        begins = any(v != f.default for v in self.starts[f.name])
+        name = self.size if f.name in self.together and not begins else f.name
         null = next(q.default for q in self.numbers() if q.name == name)
         return max(abs(v - null) for v in self.starts[name])
 

@@ -81,7 +81,7 @@ class Diagnosis:
 def _places(built):
     """Return channels and arrays of effects in the form of parameters, with a word for value."""
     return {f'{e.answer}.{f.name}': {'value': getattr(e, f.name), 'std': None, 'low90': None,
-                                   'high90': None, 'unit': ''}
+                                     'high90': None, 'unit': ''}
             for e in built for f in e.words()}
 
 

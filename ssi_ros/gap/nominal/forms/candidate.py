@@ -59,7 +59,7 @@ class Form:
 
     @property
     def steps(self):
-        """Steps of its numbers for difference quotients, (p,)."""
+        """Return the steps of its numbers for difference quotients, (p,)."""
         return np.array([n.start for n in self.numbers]) / 10
 
     @property
