@@ -153,8 +153,6 @@ class Filtered:
     record with `part`, what is filtered.
     """
 
-    longest = 4096      # rows, at least, in which the response to a sample ends
-
     @property
     def name(self):
         """Name of the part: its random numbers stay the same."""
@@ -171,7 +169,7 @@ class Filtered:
 
     def taps(self, rate_hz):
         """Return the causal filter of least phase that has this power, shape (n,)."""
-        count = 1 << int(np.ceil(np.log2(max(self.longest, self.settles(rate_hz)))))
+        count = 1 << int(np.ceil(np.log2(self.settles(rate_hz))))
         cepstrum = np.fft.irfft(np.log(self.power(np.fft.rfftfreq(count, 1 / rate_hz))) / 2)
         cepstrum[1:count // 2] *= 2
         cepstrum[count // 2 + 1:] = 0.0
@@ -181,8 +179,8 @@ class Filtered:
         return taps[:max(1, int(np.argmax(rest < 1e-10 * rest[0])))]
 
     def settles(self, rate_hz):
-        """Return the rows in which the response to a sample ends, where it is long."""
-        return 0.0
+        """Return the rows in which the response to a sample ends, or more."""
+        return 4096.0
 
     def begin(self, rate_hz, inputs, generator):
         """Return the forces as a function of first sample and count."""
@@ -227,8 +225,8 @@ class Coloured(Filtered):
                 else replace(self, corner_hz=self.corner_hz * factor))
 
     def settles(self, rate_hz):
-        """Return the rows in which the response to a sample ends, where it is long."""
-        return 40 * rate_hz / self.corner_hz
+        """Return the rows in which the response to a sample ends, or more."""
+        return max(super().settles(rate_hz), 40 * rate_hz / self.corner_hz)
 
 
 @dataclass(frozen=True)
@@ -243,7 +241,10 @@ class Shaped(Filtered):
     part: object
     orders: tuple
     top_hz: float
-    longest = 1 << 15
+
+    def settles(self, rate_hz):
+        """Return the rows in which the response to a sample ends, or more."""
+        return float(1 << 15)
 
     def power(self, frequencies_hz):
         """Return the power gain at frequencies."""

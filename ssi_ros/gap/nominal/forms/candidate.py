@@ -68,6 +68,12 @@ class Form:
         return self.effect, tuple(self.place.items()), tuple(n.name for n in self.numbers)
 
 
+def slices_of(forms):
+    """Return the slice of the coordinates of all forms that belongs to each."""
+    ends = accumulate(len(f.numbers) for f in forms)
+    return [slice(end - len(f.numbers), end) for f, end in zip(forms, ends)]
+
+
 @dataclass(frozen=True, eq=False)
 class ModalCandidate:
     """One effect or several at once, as modal forms that act one after the other."""
@@ -128,8 +134,7 @@ class ModalCandidate:
     @property
     def slices(self):
         """Return the slice of the coordinates that belongs to each form."""
-        ends = list(accumulate(len(f.numbers) for f in self.forms))
-        return [slice(end - len(f.numbers), end) for f, end in zip(self.forms, ends)]
+        return slices_of(self.forms)
 
     def log_prior_ratio(self, estimate, covariance):
         """

@@ -7,11 +7,11 @@ import numpy as np
 from ssi_ros.fisher_scoring import covariance, held_inside, maximise
 from ssi_ros.gap.inference.goodness_of_fit import divergence
 from ssi_ros.gap.inference.thresholds import LIMITS
+from ssi_ros.gap.nominal.forms.candidate import slices_of
 from ssi_ros.gap.nominal.modal.prediction import (
-    Averages, bands_between, changes_of, filtered_by, numbers_of, predict, Prediction)
+    Averages, bands_between, changes_of, filtered_by, predict, Prediction)
 from ssi_ros.gap.spectra.band_averages import level_of
-from ssi_ros.hermitian import (
-    filtered, hermitian, inverse_root, least_share, white, white_vectors)
+from ssi_ros.hermitian import filtered, hermitian, inverse_root, least_share, white, white_vectors
 from ssi_ros.levels.forces import bounded, turning
 
 STEPS = 12
@@ -128,9 +128,9 @@ class _Place:
         noise = np.diag(self.nominal.floor)
         yield self._as_slope(base - self.x[1] * noise)
         yield self._as_slope(np.broadcast_to(noise, base.shape))
-        for k, (form, at) in enumerate(zip(self.forms, numbers_of(self.forms))):
+        for k, (form, at) in enumerate(zip(self.forms, slices_of(self.forms))):
             for number, step in zip(np.eye(len(form.numbers)), form.steps):
-                there = form.change(around, self.x[at] + step * number)
+                there = form.change(around, self.x[2:][at] + step * number)
                 bands = bands_between(changes[k], there)
                 moved = filtered_by(around, self.forms, [
                     *changes[:k], there, *changes[k + 1:]], self.x, bands).mean

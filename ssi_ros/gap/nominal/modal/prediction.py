@@ -5,6 +5,7 @@ from functools import cached_property
 import numpy as np
 
 from ssi_ros.gap.inference.thresholds import LIMITS
+from ssi_ros.gap.nominal.forms.candidate import slices_of
 from ssi_ros.hermitian import filtered, is_definite
 
 
@@ -56,13 +57,7 @@ def predict(nominal, forms, x):
 
 def changes_of(nominal, forms, x):
     """Return the filter and the added power of every form at its numbers, (b, l, l) or None."""
-    return [form.change(nominal, x[at]) for form, at in zip(forms, numbers_of(forms))]
-
-
-def numbers_of(forms):
-    """Return the slice of x that holds the numbers of each form, behind level and noise."""
-    ends = 2 + np.cumsum([len(f.numbers) for f in forms], dtype=int)
-    return [slice(end - len(f.numbers), end) for f, end in zip(forms, ends)]
+    return [form.change(nominal, x[2:][at]) for form, at in zip(forms, slices_of(forms))]
 
 
 def filtered_by(nominal, forms, changes, x, bands=slice(None)):
