@@ -1,7 +1,9 @@
 """
-What curves, products and gains of channels are found beside a recording, and how often of none.
+What curves, products and gains of channels are found, and how often of none.
 
-    python -m validation.gap_odd_channels [PAIRS]
+    python -m validation.gap_odd_channels [PAIRS] [--model]
+
+Beside a recording of the same structure, or beside a model that is linear.
 """
 import sys
 
@@ -53,20 +55,24 @@ def wrong(values, gain, product, zone):
     return values
 
 
-def found(values):
-    """Return what a record shows beside another, by family."""
-    predicted = [(v, way, way.residual(v)) for v, way in ((v, predictor(v)) for v in values)]
+def found(reference, record, model):
+    """Return what a record shows beside another, or beside a linear model, by family."""
+    predicted = [(v, way, way.residual(v)) for v, way in (
+        (v, predictor(v)) for v in (reference, record)[model:])]
+    predicted = [None] * model + predicted
     return {f.family: f for f in findings_beside(predicted, RATE_HZ, LOWEST_HZ, CHANNELS)}
 
 
 def main():
     """Print how often p-values of linear motion are small, and those of what is not."""
-    pairs = int(sys.argv[1]) if len(sys.argv) > 1 else 100
-    print(f'{pairs} pairs of linear motion each, share of p-values below a limit\n')
+    numbers = [int(a) for a in sys.argv[1:] if a.isdigit()]
+    pairs, model = numbers[0] if numbers else 100, '--model' in sys.argv
+    print(f'{pairs} {"records" if model else "pairs"} of linear motion each, share of p-values '
+          'below a limit\n')
     rows = []
     for (text, levels), seconds in ((k, s) for k in LEVELS.items() for s in LENGTHS_S):
         rng = np.random.default_rng(int(seconds))
-        every = [found((motion(rng, seconds), motion(rng, seconds, levels)))
+        every = [found(motion(rng, seconds), motion(rng, seconds, levels), model)
                  for _ in range(pairs)]
         for family in every[0]:
             p = np.array([f[family].p_value for f in every])
@@ -76,7 +82,7 @@ def main():
     rows = []
     for (text, sizes), seconds in ((k, s) for k in SIZES.items() for s in LENGTHS_S[1:]):
         rng = np.random.default_rng(int(seconds) + 1)
-        is_found = found((motion(rng, seconds), wrong(motion(rng, seconds), *sizes)))
+        is_found = found(motion(rng, seconds), wrong(motion(rng, seconds), *sizes), model)
         best = min(is_found.values(), key=lambda f: f.p_value)
         rows.append((text, f'{seconds:g}', f'{best.p_value:.1e}', best.text))
     print('\n' + '\n'.join(table(('what is wrong with b', 's', 'p-value', 'found'), rows)))

@@ -3,6 +3,7 @@ from itertools import product
 
 import numpy as np
 
+from ssi_ros.effects.base import Site
 from ssi_ros.effects.library import effect_class, library
 from ssi_ros.model.excitation import source
 from ssi_ros.model.structure import default_excitation
@@ -76,20 +77,22 @@ def places(cls, model):
         yield from ({'freedom': a, 'to': b} for a, b in pairs(model)
                     if not cls.nonlinear or held_between(model, a, b))
         return
-    found = list(product(*(_choices(f, model) for f in words)))
+    found = list(product(*(_choices(cls, f, model) for f in words)))
     for choice in found:
         if len(choice) < 2 or choice[0] != choice[1]:
             yield dict(zip([f.name for f in words], choice))
 
 
-def _choices(f, model):
+def _choices(cls, f, model):
     """Return what a word of an effect may name."""
     if f.name == 'array':
         return [a.name for a in model.arrays]
     if f.name == 'mode':
         return [str(i + 1) for i in range(model.vibrating)]
     if f.name == 'freedom':
-        return list(model.points)
+        # a force that has a level already is no other one
+        from ssi_ros.effects.points import undriven
+        return undriven(model) if cls.site is Site.EXCITATION else list(model.points)
     if f.name == 'force':
         names = levels_of(model)
         all_but_one = ['+'.join(n for n in names if n != left) for left in names]

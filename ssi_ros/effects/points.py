@@ -8,7 +8,7 @@ from scipy.linalg import eigh
 
 from ssi_ros.effects.edits import add_part
 from ssi_ros.effects.places import GROUND
-from ssi_ros.model.excitation import source, total_covariance, White
+from ssi_ros.model.excitation import FixedWhite, source, total_covariance, White
 from ssi_ros.model.joints import distance_rows, JointLaw
 from ssi_ros.model.linear_model import assemble_model
 from ssi_ros.model.system import is_held, RIGID, undamped_modes
@@ -127,21 +127,31 @@ def with_mode(system, number, frequency=1.0, damping=1.0):
         damping=system.damping + (frequency * damping - 1) * own * both)
 
 
-def with_forces(setup, rms):
-    """Yield every point that no level drives alone, and the setup with a random force there."""
-    system = setup.system
+def strongest_rms(system):
+    """Return the rms of the strongest white input."""
+    return max((rms for p in map(source, system.excitation) if isinstance(p, White)
+                for rms in p.rms), default=1.0)
+
+
+def with_force(setup, freedom, rms):
+    """Return the setup with a white force at a point, as of `row_between`."""
+    system, force = setup.system, f'force on {freedom}'
+    there = replace(setup, system=replace(
+        system, input=np.column_stack([system.input, row_between(setup, freedom, GROUND)]),
+        inputs=(*system.inputs, force)))
+    return add_part(there, FixedWhite(force, (force,), (rms,)))
+
+
+@lru_cache(maxsize=16)
+def undriven(model):
+    """Return the points of a model that no level of the excitation drives alone."""
+    system = assemble_model(model)
     alone = [p.inputs[0] for p in map(source, system.excitation)
              if isinstance(p, White) and len(p.inputs) == 1]
     driven = system.input[:, [system.inputs.index(n) for n in alone]]
-    for name in setup.spacecraft.points:
-        row = _row(setup, name)
-        most = ALONG * np.linalg.norm(driven, axis=0) * np.linalg.norm(row)
-        if np.any(np.abs(row @ driven) > most):
-            continue
-        force = f'force on {name}'
-        there = replace(setup, system=replace(
-            system, input=np.column_stack([system.input, row]), inputs=(*system.inputs, force)))
-        yield name, add_part(there, White(f'unmodelled {force}', (force,), (rms,)))
+    rows = {name: _row_on(model, system, name, GROUND) for name in model.points}
+    return [name for name, row in rows.items() if np.all(
+        np.abs(row @ driven) <= ALONG * np.linalg.norm(driven, axis=0) * np.linalg.norm(row))]
 
 
 def with_law(setup, row, between, kind, size, stiffness):

@@ -49,6 +49,7 @@ class White:
     name: str
     inputs: tuple
     rms: tuple
+    free = True     # whether a level of its own scales it, of which a model knows the usual one
 
     def __post_init__(self):
         if len(self.rms) != len(self.inputs) or not all(r >= 0 for r in self.rms):
@@ -74,6 +75,12 @@ class White:
         variances = np.zeros(len(inputs))
         variances[columns(self.inputs, inputs)] = self.held_rms(rate_hz) ** 2
         return np.diag(variances)
+
+
+class FixedWhite(White):
+    """White inputs of a known rms, which no free level scales."""
+
+    free = False
 
 
 def layers(part):

@@ -8,7 +8,7 @@ from numpy.polynomial.hermite_e import hermeval
 from scipy.fft import irfft, rfft
 
 from ssi_ros.open_set.curves import ORDERS
-from ssi_ros.open_set.families import calibrated, Finding
+from ssi_ros.open_set.families import calibrated, Finding, NEW
 from ssi_ros.open_set.products import two_sided
 from ssi_ros.tails import chi2
 
@@ -64,7 +64,7 @@ def curve_beside(reference, record, channels):
     Parameters
     ----------
     reference, record : Motion
-        Of the same channels.
+        Of the same channels; the reference is None beside a model, whose sensors are linear.
     channels : sequence of str
         Their names.
 
@@ -74,11 +74,11 @@ def curve_beside(reference, record, channels):
         Of the family 'curve of a channel'.
 
     """
-    z = np.array([_change(*(_with_curves(m, i) for m in (reference, record)))
+    z = np.array([_change(lambda m: _with_curves(m, i), reference, record)
                   for i in range(len(channels))])
     p_values = chi2.sf(np.sum(z ** 2, axis=1), len(ORDERS))
     i = int(np.argmin(p_values))
-    duration_s = min(len(m.values) / m.rate_hz for m in (reference, record))
+    duration_s = min(len(m.values) / m.rate_hz for m in (reference or record, record))
     p_value = calibrated('curve', min(1.0, len(p_values) * p_values[i]), duration_s)
     odd = [k % 2 for k in ORDERS]
     cubic = z[i, ORDERS.index(3)]
@@ -86,9 +86,10 @@ def curve_beside(reference, record, channels):
         z[i] ** 2 * odd) else f'its large motion is too {"large" if cubic > 0 else "small"}'
     order = ORDERS[int(np.argmax(np.abs(z[i])))]
     alone = _alone(record, record.polynomial(i, order), i)
-    text = f'Channel {channels[i]} follows a curve, no straight line, and did not before: {how}.'
+    new = NEW * bool(reference)
+    text = f'Channel {channels[i]} follows a curve, no straight line{new}: {how}.'
     if not alone:
-        text = f'A force follows a curve of channel {channels[i]}, and did not before.'
+        text = f'A force follows a curve of channel {channels[i]}{new}.'
     return Finding('curve of a channel', p_value, text, channels[i] if alone else '')
 
 
@@ -97,14 +98,14 @@ def product_beside(reference, record, channels):
     pairs = list(combinations(range(len(channels)), 2))
     if not pairs:
         return Finding('product of channels', 1.0, 'One channel has no product with others.')
-    z = np.array([_change(*(_correlations(m, m.product(p)) for m in (reference, record)))
+    z = np.array([_change(lambda m: _correlations(m, m.product(p)), reference, record)
                   for p in pairs])
     at, i = np.unravel_index(np.argmax(np.abs(z)), z.shape)
     one, two = (channels[k] for k in pairs[at])
     alone = _alone(record, record.product(pairs[at]), i)
     what = f'Channel {channels[i]} holds' if alone else 'A force follows'
     return Finding('product of channels', two_sided(z, z.size),
-                   f'{what} a product of {one} and {two}, and did not before.',
+                   f'{what} a product of {one} and {two}{NEW * bool(reference)}.',
                    channels[i] if alone else '')
 
 
@@ -141,9 +142,10 @@ def _with_curves(motion, i):
     return seen, scatter * np.sqrt(1 + share)
 
 
-def _change(reference, record):
-    """Return by how many deviations correlations differ, each with its scatter."""
-    (before, spread), (now, more) = reference, record
+def _change(correlations, reference, record):
+    """Return by how many deviations correlations of a record are others than before."""
+    (before, spread), (now, more) = (correlations(m) if m else (0.0, 0.0)
+                                     for m in (reference, record))
     return (now - before) / np.hypot(spread, more)
 
 

@@ -12,6 +12,7 @@ from ssi_ros.open_set.products import modulation, of_channel, of_mode, slow_vari
 from ssi_ros.open_set.spectra import modes_of
 
 FASTEST_HZ = 1.0        # modulation that is tried
+NEW = ', and did not before'    # of what a reference does not show
 LEAST = 1e-300          # p-value: smaller ones would have no logarithm
 LARGEST = 0.95          # p-value: one would have the tangent of minus infinity
 DEPENDENT = 2.5         # factor of the joined p-value, of the same records

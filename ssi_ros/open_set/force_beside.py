@@ -7,9 +7,8 @@ import numpy as np
 from scipy.fft import irfft, rfft
 from scipy.linalg import toeplitz
 
-from ssi_ros.open_set.families import Finding, of_short_record
-from ssi_ros.past_motion import (
-    DISPLACEMENT, integrated, LARGE, over_level, points_of, VELOCITY)
+from ssi_ros.open_set.families import Finding, NEW, of_short_record
+from ssi_ros.past_motion import DISPLACEMENT, integrated, LARGE, points_of, VELOCITY
 from ssi_ros.tails import chi2
 from ssi_ros.windows import slow
 
@@ -19,10 +18,9 @@ LAGS = 8                # rows in which a force is seen in what its past does no
 ALIKE = 0.1             # of a correlation, by which it may change
 BEFORE = 1e-3           # p-value below which the reference has a nonlinear force too
 LEAST_RANK = 0.01       # of the largest variance of lags, below which they repeat each other
-SEGMENT = 4096          # rows of which spectra are smooth enough
 BINS, ABOVE_NOISE = 24, 4.0     # of a spectrum, and its least power that is no noise
 CYCLES = 60             # of the slowest motion: fewer are no sample of a distribution
-SHORT_S = 40.0          # python -m validation.gap_odd_channels
+SHORT_S = 80.0          # python -m validation.gap_odd_channels
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,9 +54,25 @@ class Driven:
         return edges[np.argmax(seen[:-1] & seen[1:], axis=0)]
 
     @cached_property
+    def level(self):
+        """Slow level of the inputs, (n - k,), that of what is new."""
+        return np.sqrt(slow(np.mean(self.errors ** 2, axis=1)))
+
+    @cached_property
+    def states(self):
+        """Velocities and displacements of all channels one row before, (n - k - 1, 2 l)."""
+        return np.transpose([integrated(
+            self.spectra[:, i], len(self.values), self.rate_hz, corner, order)
+            for i, corner in enumerate(self.corners_hz)
+            for order in (VELOCITY, DISPLACEMENT)])[-len(self.errors):-1]
+
+    @cached_property
     def new(self):
         """Innovations, at every level of the inputs alike, (n - k, l), and their spectra."""
-        new = self.errors / np.sqrt(slow(np.mean(self.errors ** 2, axis=1)))[:, None]
+        # the prediction knows too few rows of what is slow
+        errors, states = self.errors[1:], self.states
+        errors = errors - states @ np.linalg.lstsq(states, errors, rcond=None)[0]
+        new = np.pad(errors, ((1, 0), (0, 0))) / self.level[:, None]
         new = np.clip(new, -LARGE, LARGE)
         new = new - new.mean(axis=0)
         return new, _power(new)
@@ -68,9 +82,10 @@ class Driven:
         weights = np.zeros(len(self.corners_hz))
         weights[list(points)] = (1.0, -1.0)[:len(points)]
         # the past alone, so that what is new has no correlation with it, whatever the levels are
-        motion = over_level(integrated(
+        motion = integrated(
             self.spectra @ weights, len(self.values), self.rate_hz,
-            self.corners_hz[list(points)].max(), integrals)[-len(self.errors):])
+            self.corners_hz[list(points)].max(), integrals)[-len(self.errors):] / self.level
+        motion = np.clip(motion / max(motion.std(), 1e-300), -LARGE, LARGE)
         for order in ORDERS:
             curve = motion ** order
             # a straight line is none, of motion whose level varies too
@@ -82,9 +97,11 @@ class Driven:
         new, powers = self.new
         n = len(curve)
         seen = np.array([new[k:].T @ curve[:n - k] for k in range(LAGS)]) / n
-        # those that chance makes at all shifts in time
+        # as chance makes them at all shifts in time, or of what is white if that is more
         power = _power(curve[:, None])
-        shared = irfft(power * powers, axis=0)[:LAGS] / (_total(power) * _total(powers))
+        white = irfft(power, n, axis=0)[:LAGS] / n
+        shared = irfft(power * powers, n, axis=0)[:LAGS] / (n * (new ** 2).sum(axis=0))
+        shared = np.where(shared[0] > white[0], shared, white)
         return seen, shared * new.var(axis=0) / n
 
 
@@ -99,7 +116,7 @@ def force_beside(reference, record, channels, sensors=()):
     Parameters
     ----------
     reference, record : Driven
-        Of the same channels.
+        Of the same channels; the reference is None beside a model, whose forces are linear.
     channels : sequence of str
         Their names.
     sensors : sequence of str, optional
@@ -115,9 +132,8 @@ def force_beside(reference, record, channels, sensors=()):
     keys = list(product(points, (VELOCITY, DISPLACEMENT)))
     if not keys:
         return Finding(FAMILY, 1.0, 'No channel was asked for a force.')
-    found = np.array([_tests(*(m.curves(*key) for m in (reference, record)), reference, record)
-                      for key in keys])
-    duration_s = min(len(m.values) / m.rate_hz for m in (reference, record))
+    found = np.array([_tests(reference, record, key) for key in keys])
+    duration_s = min(len(m.values) / m.rate_hz for m in (reference or record, record))
     before, now = (of_short_record(min(1.0, p.size * p.min()), SHORT_S, duration_s)
                    for p in found.transpose(2, 0, 1))
     at, order = np.unravel_index(np.argmin(found[:, :, 1]), found.shape[:2])
@@ -127,13 +143,15 @@ def force_beside(reference, record, channels, sensors=()):
     curve = ('one direction differs from the other', 'large motion differs from small')[order]
     return Finding(FAMILY, 1.0 if before < BEFORE else now,
                    f'A force in the structure depends on how {how} along a curve, no straight '
-                   f'line, and did not before: {curve}.')
+                   f'line{NEW * bool(reference)}: {curve}.')
 
 
-def _tests(curves_before, curves_now, reference, record):
+def _tests(reference, record, key):
     """Return p-values of the reference and of the change, (2,), for every order."""
+    if reference is None:
+        return [(1.0, _chance(*record.correlations(c))) for c in record.curves(*key)]
     found = []
-    for one, two in zip(curves_before, curves_now):
+    for one, two in zip(*(m.curves(*key) for m in (reference, record))):
         (before, scatter), (now, more) = (m.correlations(c) for m, c in (
             (reference, one), (record, two)))
         found.append((_chance(before, scatter),
@@ -156,11 +174,5 @@ def _chance(seen, scatter, usual=None):
 
 
 def _power(series):
-    """Return the power of series (n, q) in segments, (f, q)."""
-    rows = min(SEGMENT, len(series)) // 2 * 2
-    parts = series[:len(series) // rows * rows].reshape(-1, rows, series.shape[1])
-    return np.mean(np.abs(rfft(parts * np.hanning(rows)[:, None], axis=1)) ** 2, axis=0)
-
-
-def _total(power):
-    return irfft(power, axis=0)[0]
+    """Return the power of series (n, q), (f, q)."""
+    return np.abs(rfft(series, axis=0)) ** 2

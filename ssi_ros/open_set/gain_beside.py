@@ -3,7 +3,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ssi_ros.open_set.families import Finding, of_short_record
+from ssi_ros.open_set.families import Finding, NEW, of_short_record
 from ssi_ros.open_set.products import SLOW
 from ssi_ros.tails import chi2
 
@@ -32,7 +32,7 @@ def gain_beside(reference, record, channels):
     Parameters
     ----------
     reference, record : GainScores
-        Of the same channels.
+        Of the same channels; the reference is None beside a model, whose gains are constant.
     channels : sequence of str
         Their names.
 
@@ -42,17 +42,17 @@ def gain_beside(reference, record, channels):
         Of the family 'gain in time'.
 
     """
-    before, now = (np.array([_slow(g, i)[0] for i in range(len(channels))])
+    before, now = (np.array([_slow(g, i)[0] if g else 0.0 for i in range(len(channels))])
                    for g in (reference, record))
     # as much as it varied in the reference is usual
     p_values = chi2.sf(now / np.maximum(1.0, before / (2 * SLOW)), 2 * SLOW)
     i = int(np.argmin(p_values))
     p_value = of_short_record(min(1.0, len(p_values) * p_values[i]), SHORT_S,
-                              min(g.duration_s for g in (reference, record)))
+                              min(g.duration_s for g in (reference or record, record)))
     alone = _alone(record, i)
     what = f'The gain of channel {channels[i]} varies' if alone else (
         f'The structure changes, most near channel {channels[i]},')
-    return Finding('gain in time', p_value, f'{what} slowly, and did not before.',
+    return Finding('gain in time', p_value, f'{what} slowly{NEW * bool(reference)}.',
                    channels[i] if alone else '')
 
 

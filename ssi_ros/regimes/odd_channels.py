@@ -1,17 +1,23 @@
-"""Whether a channel of two recordings does what no linear effect that is steady makes of it."""
+"""Whether a channel does what no linear effect that is steady makes of it."""
 import numpy as np
 
 from ssi_ros.effects import effect_class, ModalPattern
 from ssi_ros.effects.base import Site
+from ssi_ros.effects.places import offered
 from ssi_ros.effects.registry import modal_forms
+from ssi_ros.events.contacts import makes_contact
+from ssi_ros.events.prediction_error import predictor
 from ssi_ros.gap.comparison import Detection
+from ssi_ros.gap.nominal.thresholds import LIMITS
 from ssi_ros.open_set.curve_beside import curve_beside, Motion, product_beside
-from ssi_ros.open_set.force_beside import Driven, force_beside
+from ssi_ros.open_set.force_beside import Driven, FAMILY as FORCE, force_beside
 from ssi_ros.open_set.gain_beside import gain_beside, GainScores
 from ssi_ros.regimes.regime import Regime
 from ssi_ros.windows import slow
 
-FAULTY = 1e-3           # p-value of a channel that follows a curve by itself
+FAULTY = 1e-3           # p-value of a channel that follows a curve, or of events
+MOST_S = 1800.0         # of a record that is asked
+SLOWEST = 10.0          # cycles of the slowest motion in a record
 INTEGRALS = 0, 1, 2     # of an acceleration, whose strengths a nonlinear force may follow
 
 
@@ -41,9 +47,89 @@ def odd_channels(recordings):
                                                recordings.prediction_errors)]
     found = findings_beside(predicted, recordings.pair.rate_hz,
                             recordings.full_cut.middles_hz[0], recordings.pair.channels)
+    return _detections(found)
+
+
+def _detections(found):
+    """Return the Detections of Findings, the p-value of each that of all of them."""
     return tuple(Detection(
         '', {'channel': f.channel}, min(1.0, len(found) * f.p_value), f.text, basis=f.family,
         site=(Site.SENSOR if f.channel else Site.STRUCTURE).value) for f in found)
+
+
+def left_beside(recordings, names, deviations):
+    """
+    Return the Detections of no effect that some effects leave, beside a recording.
+
+    Parameters
+    ----------
+    recordings : Recordings
+        The reference and the record.
+    names : sequence of str
+        Of the effects; none for the reference as it is.
+    deviations : float
+        Of the gap without effects, in standard deviations of its floor.
+
+    Returns
+    -------
+    tuple of Detection
+
+    """
+    found, sure = recordings.odd_channels, () if makes_contact(names) else recordings.contact
+    seen = {d.effect for d in recordings.detections[0] if not d.weak}
+    if not keeps_channels(seen):    # events ring, and motion that is not Gaussian has curves
+        found = tuple(d for d in found if d.basis != FORCE)
+    if names and is_linear(names):
+        return found + sure
+    # a structure may be as nonlinear as it was, at another level or where it is now
+    if names and is_steady(names):
+        sure += tuple(d for d in found if d.basis == FORCE)
+    if recordings.clear_level or not keeps_channels(seen.intersection(names)) or (
+            names and deviations > LIMITS.inside.value):
+        return sure
+    return sure + tuple(d for d in found
+                        if d not in sure and d.p_value < LIMITS.certain_shift.value)
+
+
+def beside_model(comparison):
+    """
+    Return what a record shows of curves, products, gains and forces that no linear model makes.
+
+    Parameters
+    ----------
+    comparison : ModelComparison
+        Of a record, whose first half hour is asked, with a model whose healthy recordings hold
+        nothing of that kind, without recorded inputs; there is no Detection otherwise.
+
+    Returns
+    -------
+    tuple of Detection
+
+    """
+    # the open-set test of a spacecraft asks the same of its modes
+    simulator, samples = comparison.simulator, comparison.record.samples
+    model = simulator.spacecraft
+    if simulator.recorded or 'geometry' in offered(model) or model.calibration.unexplained:
+        return ()
+    values = samples.values[:int(MOST_S * samples.rate_hz)]
+    values = values - values.mean(axis=0)
+    way = predictor(values)
+    return _detections(findings_beside(
+        (None, (values, way, way.residual(values))), samples.rate_hz,
+        SLOWEST * samples.rate_hz / len(values), samples.channels))
+
+
+def left_beside_model(found, names, seen):
+    """Return those Detections that effects leave, beside what was detected of others."""
+    # events ring, and motion that is not Gaussian has curves
+    events = {d.effect for d in seen if d.p_value < FAULTY}
+    return found if all(map(_is_linear_and_steady, (*names, *events))) else ()
+
+
+def _is_linear_and_steady(name):
+    effect = effect_class(name)
+    return effect.spectral and not effect.nonlinear and (
+        ModalPattern.FREQUENCY_DRIFT not in effect.patterns)
 
 
 def findings_beside(predicted, rate_hz, lowest_hz, channels):
@@ -53,27 +139,33 @@ def findings_beside(predicted, rate_hz, lowest_hz, channels):
     Parameters
     ----------
     predicted : sequence of two (ndarray (n, l), Predictor, ndarray (n - k, l))
-        Values of the reference and of the record, the linear prediction of each, and its errors.
+        Values of the reference and of the record, the linear prediction of each, and its errors;
+        None in place of the reference beside a model that is linear.
     rate_hz, lowest_hz : float
         Of the samples, and of the motion that they hold.
     channels : sequence of str
         Names of the l channels.
 
     """
-    motions, gains, driven = [], [], []
-    for values, way, errors in predicted:
-        scaled = (values - values.mean(axis=0)) / way.scale
-        motions.append(Motion(scaled, way.adjoint(errors), _level(errors, len(values)), rate_hz))
-        # without the first rows, which have no past
-        strength = _strength(scaled, lowest_hz / rate_hz)[-len(errors):]
-        gains.append(GainScores(way.gain_scores(values, errors), strength,
-                                len(values) / rate_hz))
-        driven.append(Driven(scaled * way.scale, errors, rate_hz, lowest_hz))
+    motions, gains, driven = zip(*(_as_tested(p, rate_hz, lowest_hz) for p in predicted))
     found = (curve_beside(*motions, channels), product_beside(*motions, channels),
              gain_beside(*gains, channels))
     # what a channel alone makes of its values is in what follows it, and no force
     wrong = {f.channel for f in found if f.p_value < FAULTY} - {''}
     return *found, force_beside(*driven, channels, wrong)
+
+
+def _as_tested(predicted, rate_hz, lowest_hz):
+    """Return what the tests of curves, of gains and of forces need of one recording."""
+    if predicted is None:
+        return None, None, None
+    values, way, errors = predicted
+    scaled = (values - values.mean(axis=0)) / way.scale
+    # without the first rows, which have no past
+    strength = _strength(scaled, lowest_hz / rate_hz)[-len(errors):]
+    return (Motion(scaled, way.adjoint(errors), _level(errors, len(values)), rate_hz),
+            GainScores(way.gain_scores(values, errors), strength, len(values) / rate_hz),
+            Driven(scaled * way.scale, errors, rate_hz, lowest_hz))
 
 
 def _level(errors, rows):

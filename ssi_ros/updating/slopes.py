@@ -188,7 +188,8 @@ def _colours(setup, levels, frame):
         if not isinstance(inner, White):
             return None
         key = tuple(replace(f, part=None) for f in filters)
-        inputs = next(each) * inner.covariance(system.rate_hz, system.inputs)
+        level = next(each) if inner.free else 1.0
+        inputs = level * inner.covariance(system.rate_hz, system.inputs)
         found[key] = found.get(key, 0.0) + inputs
     return [(np.prod([f.power(frame.frequencies_hz) for f in key], axis=0), inputs)
             for key, inputs in found.items()]

@@ -82,7 +82,7 @@ def test_a_spacecraft_keeps_its_effects():
     assert {'added_mass', 'hub_inertia', 'fuel_slosh', 'sensor_misplacement'} <= set(craft)
     own = set(applicable(BUILDING)) - set(craft)
     assert own == {'mode_frequency', 'mode_damping', 'connection_stiffness', 'connection_damping',
-                   'connection_friction', 'connection_play', 'point_mass'}
+                   'connection_friction', 'connection_play', 'point_mass', 'random_force'}
     assert set(applicable(MODELS['state space'])) - set(craft) == {
         'mode_frequency', 'mode_damping'}
     (sentence,) = left_out(BUILDING)

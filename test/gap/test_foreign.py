@@ -1,4 +1,5 @@
 """Models of other people, diagnosed: quiet without an effect, right with one."""
+from dataclasses import replace
 from pathlib import Path
 import runpy
 import sys
@@ -6,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 from ssi_ros.effects import inject, parse_effect, simulate_setup
-from ssi_ros.effects.points import with_forces
+from ssi_ros.effects.points import undriven
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.driver import diagnose
 from ssi_ros.gap.nominal.simulator import Simulator
@@ -130,12 +131,22 @@ def test_records_of_mujoco_are_diagnosed(robot, form, changes, right):
     assert place in found.candidates[0].built[0].text()
 
 
-def test_a_force_where_the_model_has_none_is_said_with_its_place():
+def test_a_force_where_the_model_has_none_is_named_with_its_place():
     """A machine on one floor of a building that the wind alone should move."""
-    setup = inject(BUILDING, (), 1800.0)
-    rms = max(d.level for d in BUILDING.drives)
-    driven = dict(with_forces(setup, rms))
-    assert 'floor_3' in driven
-    found = diagnose(BUILDING, simulate_setup(driven['floor_3'], 13), effects=SOME, pairs=False)
-    assert found.outcome == 'UNEXPLAINED' and 'a random force on floor_3' in found.reason
-    assert max(found.where.site, key=found.where.site.get) == 'excitation'
+    assert 'floor_3' in undriven(BUILDING)
+    found = answer(BUILDING, ['random_force:freedom=floor_3,share=0.7'], 1800.0, 13,
+                   (*SOME, 'random_force'))
+    assert found.outcome == 'EXPLAINED' and found.where.site['excitation'] > 0.95
+    (effect,) = found.candidates[0].built
+    # over the strongest input of the model, which is quieter than the record by 2 dB
+    assert effect.freedom == 'floor_3' and effect.share == pytest.approx(0.7 * 1.6 ** 0.5, rel=0.1)
+
+
+def test_a_channel_that_follows_a_curve_is_no_gain():
+    """A sensor whose gain falls by 3 % at three times the rms of its motion."""
+    samples = simulate_setup(inject(BUILDING, (), 600.0), 5)
+    values = samples.values.copy()
+    values[:, 1] *= 1 - 0.03 * (values[:, 1] / values[:, 1].std()) ** 2 / 9
+    found = diagnose(BUILDING, replace(samples, values=values), effects=SOME, pairs=False)
+    assert found.outcome == 'UNEXPLAINED' and found.where.site['sensor'] > 0.9
+    assert f'Channel {samples.channels[1]} follows a curve, no straight line:' in found.reason

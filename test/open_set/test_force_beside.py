@@ -52,6 +52,11 @@ def driven(values):
     return Driven(values, predictor(values).residual(values), RATE_HZ, 0.3)
 
 
+def beside_model(record):
+    """Return what a record shows beside a model, whose forces are linear."""
+    return force_beside(None, driven(record), CHANNELS)
+
+
 def beside(record, reference=None, **more):
     """Return what a record shows beside a healthy one, or another."""
     return force_beside(*map(driven, (motion(1) if reference is None else reference, record)),
@@ -66,13 +71,15 @@ def test_forces_between_two_points(force, text):
     assert found.p_value < 1e-9
     assert 'A force in the structure' in found.text and text in found.text
     assert not found.channel
+    alone = beside_model(motion(2, force))
+    assert alone.p_value < 1e-9 and 'before' not in alone.text
 
 
 def test_linear_motion_has_no_such_force():
     """At one level or another, or at one that varies."""
     swing = 1 + 0.8 * np.sin(2 * np.pi * np.arange(int(SECONDS * RATE_HZ)) / 2500)[:, None]
     for record in (motion(3), motion(4, level=3.0), motion(5) * swing):
-        assert beside(record).p_value > 1e-3
+        assert beside(record).p_value > 1e-3 and beside_model(record).p_value > 1e-3
 
 
 def test_a_force_that_was_there_before_is_none():

@@ -15,6 +15,7 @@ from ssi_ros.open_set.families import FAMILIES, findings
 from ssi_ros.open_set.spectra import record_spectra
 
 ANOMALIES = 'line', 'spikes', *FAMILIES     # all, by their bases
+OF_NO_EFFECT = 4        # tests: lines, spikes, odd channels, unmodelled changes
 EDGES = 2               # tapers from both ends of a record in which nothing is asked
 
 
@@ -57,8 +58,9 @@ def open_set(simulator, fitted, reconstruction, channels, asked=ANOMALIES):
 
 
 def tests_of(names):
-    """Return how many detectors search one record for the effects named."""
-    return sum(name in names for of in ('samples', 'input', 'spectrum') for name in detectors(of))
+    """Return how many tests search one record for the effects named, and for what none makes."""
+    return OF_NO_EFFECT + sum(
+        name in names for of in ('samples', 'input', 'spectrum') for name in detectors(of))
 
 
 def _detect(of, names, *arguments):

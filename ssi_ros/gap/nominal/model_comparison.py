@@ -29,6 +29,7 @@ from ssi_ros.gap.selection.thresholds import SELECTION as LIMITS
 from ssi_ros.gap.spectra.imputation import filled
 from ssi_ros.inputs.beside import remainder
 from ssi_ros.levels.held_out import held_out
+from ssi_ros.regimes.odd_channels import beside_model, left_beside_model
 from ssi_ros.tails import norm
 from ssi_ros.template_cache import effect_templates, unmodelled_templates
 from ssi_ros.updating.comparable import comparable
@@ -36,7 +37,6 @@ from ssi_ros.updating.prior import stand
 from ssi_ros.updating.systematic_errors import parameters
 
 FIRST_STEPS = 6         # of a fit, before the best are chosen
-ANOMALY_TESTS = 3       # lines, spikes, unmodelled changes
 
 
 class ModelComparison(Comparison):
@@ -124,8 +124,10 @@ class ModelComparison(Comparison):
         # what fills a gap without an effect looks like an event beside it
         record = self.record.samples if fit is self.null else self.record.unfilled
         found, odd = search(*self.whole(fit, record), self.settings, names, self.record.missing)
-        of_samples = tuple(d for d in self.record.detections if d.effect in names)
-        return of_samples + found, odd, tests_of(names) + ANOMALY_TESTS
+        found = tuple(d for d in self.record.detections if d.effect in names) + found
+        every = self._once('odd', (self.record,), lambda: beside_model(self))
+        odd += left_beside_model(every, fit.candidate.names, found)
+        return found, odd, tests_of(names)
 
     def whole(self, fit, samples):
         """Return a model side, a fit, and samples with their gaps filled, to search in time."""

@@ -6,7 +6,6 @@ import numpy as np
 from ssi_ros.effects import effect_class, ModalPattern
 from ssi_ros.effects.base import Site
 from ssi_ros.effects.registry import showing
-from ssi_ros.events.contacts import makes_contact
 from ssi_ros.gap.check import TooLittleData
 from ssi_ros.gap.comparison import Comparison, Detection, Fit, GapStatistic, Residual
 from ssi_ros.gap.detectors.data_faults import faults_beside_recording
@@ -22,10 +21,9 @@ from ssi_ros.gap.nominal.modal.starting_values import distance
 from ssi_ros.gap.nominal.recordings import prepare
 from ssi_ros.gap.nominal.thresholds import LIMITS
 from ssi_ros.integrity.fault import as_reason
-from ssi_ros.open_set.force_beside import FAMILY as FORCE
 from ssi_ros.records import Samples
 from ssi_ros.regimes.local_difference import local_difference
-from ssi_ros.regimes.odd_channels import is_linear, is_steady, keeps_channels
+from ssi_ros.regimes.odd_channels import left_beside
 from ssi_ros.tails import norm
 
 FIRST_STEPS = 4         # of a fit, before the best are chosen
@@ -113,7 +111,8 @@ class RecordedComparison(Comparison):
 
     def _odd(self, fit):
         """Return Detections of what a fit, or nothing at all, leaves that no effect makes."""
-        found, far = self._odd_channels(fit), self.gap.deviations > LIMITS.far.value
+        found = left_beside(self.recordings, fit.candidate.names, self.gap.deviations)
+        far = self.gap.deviations > LIMITS.far.value
         shift = self.recordings.moved
         if fit.candidate.names and self._unmoved(fit, LIMITS.clear_shift) < 1.0:
             found += (Detection('', {}, shift.p_value, f'{shift.text[0].upper()}{shift.text[1:]}.',
@@ -123,23 +122,6 @@ class RecordedComparison(Comparison):
         local = local_difference(self.recordings, fit.state.prediction, _record_without(
             self.recordings.two, fit.candidate.forms))
         return found + (local,) * bool(local and local.p_value < LIMITS.certain_shift.value)
-
-    def _odd_channels(self, fit):
-        names, found = fit.candidate.names, self.recordings.odd_channels
-        sure = () if makes_contact(names) else self.recordings.contact
-        seen = {d.effect for d in self.recordings.detections[0] if not d.weak}
-        if not keeps_channels(seen):    # events ring, and motion that is not Gaussian has curves
-            found = tuple(d for d in found if d.basis != FORCE)
-        if names and is_linear(names):
-            return found + sure
-        # a structure may be as nonlinear as it was, at another level or where it is now
-        if names and is_steady(names):
-            sure += tuple(d for d in found if d.basis == FORCE)
-        if self.recordings.clear_level or not keeps_channels(seen.intersection(names)) or (
-                names and self.gap.deviations > LIMITS.inside.value):
-            return sure
-        return sure + tuple(d for d in found
-                            if d not in sure and d.p_value < LIMITS.certain_shift.value)
 
     def _unmoved(self, fit, limit=LIMITS.certain_shift):
         """Return the chance of modes elsewhere that a fit leaves, 1 if it moves any."""

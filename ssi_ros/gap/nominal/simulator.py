@@ -102,7 +102,8 @@ class Simulator:
         found = self.injected(spacecraft, candidate)
         if levels is None or not found.laws:
             return found
-        names = [p.name for p in found.system.excitation if isinstance(source(p), White)]
+        names = [p.name for p in found.system.excitation
+                 if isinstance(source(p), White) and source(p).free]
         return replace(found, powers=dict(zip(names, levels)), near=near)
 
     def injected(self, spacecraft, candidate):

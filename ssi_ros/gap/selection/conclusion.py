@@ -18,6 +18,7 @@ from ssi_ros.quantity import p_equation
 from ssi_ros.tails import norm
 
 NOWHERE = (float('nan'),) * 3
+CHANGE = 'unmodelled change'     # basis of its Detection
 TRACES = 'The gap is large: lines, chirps and changes beside it may be traces of it.'
 NO_VERDICT = {'effects': (), 'class': (), 'probability': 0.0}
 
@@ -56,6 +57,11 @@ class Case:
         left = (self.residual or self.found).gap.deviations
         far = said and left > LIMITS['far'].value
         return self.comparison.notes + said + (TRACES,) * bool(far)
+
+    @property
+    def gain(self):
+        """Return the log likelihood that the best candidate gains."""
+        return self.ranked[0].fit.log_likelihood - self.null.fit.log_likelihood
 
     @property
     def oddest(self):
@@ -261,7 +267,12 @@ def _sites(case, ranked, shares, rest=(None, 0.0)):
             site = effect_class(owners[0]).site.value
             sites[site] = max(sites[site], float(z) ** 2)
     odd, unknown = rest
+    total = max(sum(sites.values()), 1e-300)
     if odd and odd.site:
-        sites[odd.site] += unknown
+        # what the shape of a residual says counts as it does beside what the nearest explains
+        of_odd = 1.0 if odd.basis != CHANGE else (
+            odd.log_odds / (odd.log_odds + max(case.gain, 0.0)))
+        sites = {s: v * (1 + (1 - of_odd) * unknown / total) for s, v in sites.items()}
+        sites[odd.site] += of_odd * unknown
     total = max(sum(sites.values()), 1e-300)
     return {s: v / total for s, v in sites.items()}

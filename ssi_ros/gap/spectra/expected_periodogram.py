@@ -110,7 +110,7 @@ def steady(setup, frame, jitter_noise):
                 share = changed(share, partial(np.multiply, colour))
         # the jitter noise of a record is of all its parts
         share = changed(each_of(share) if jitter_noise else share, partial(sampling, part=inner))
-        if isinstance(inner, White):
+        if isinstance(inner, White) and inner.free:
             names.append(inner.name)
             shares.append(share)
         elif isinstance(inner, LinearisationResidual):

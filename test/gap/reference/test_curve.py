@@ -84,8 +84,8 @@ def test_what_is_linear_has_no_curve(compared):
     for family in FAMILIES:
         p_values = [f[family].p_value for f in found]
         assert min(p_values) > 1e-3
-        # a Bonferroni bound is 1 for half of all
-        assert 0.25 < np.mean(p_values) < 0.95
+        # a Bonferroni bound is 1 for half of all, or more
+        assert 0.25 < np.mean(p_values)
 
 
 def test_a_curve_that_was_there_before_is_none():

@@ -11,8 +11,7 @@ import numpy as np
 from ssi_ros.effects.base import Site
 from ssi_ros.effects.edits import add_part, mix, scale_stiffness
 from ssi_ros.effects.library import library
-from ssi_ros.effects.places import offered
-from ssi_ros.effects.points import single_modes, with_forces, with_mode
+from ssi_ros.effects.points import single_modes, with_mode
 from ssi_ros.gap.candidate import Candidate
 from ssi_ros.gap.inference.score_test import Directions, Templates
 from ssi_ros.gap.inference.thresholds import LIMITS
@@ -117,9 +116,6 @@ def _constant_changes(simulator):
         for corner_hz in CORNERS_HZ if rms_of.get(name) else ():
             yield (UnmodelledChange(f'power below {corner_hz:g} Hz in the {text}', True,
                                     site=OUTSIDE), add_part(setup, Coloured(white, corner_hz)))
-    forces, most = 'points' in offered(simulator.spacecraft), max(rms_of.values(), default=1.0)
-    for name, there in with_forces(setup, TORQUE * most) if forces else ():
-        yield UnmodelledChange(f'a random force on {name}', True, site=OUTSIDE), there
     freedoms = [(i, *d.split('_eta')) for i, d in enumerate(system.dofs) if '_eta' in d]
     for array in dict.fromkeys(a for _, a, _ in freedoms):
         rows = [i for i, a, _ in freedoms if a == array]
