@@ -17,6 +17,7 @@ from ssi_ros.model.system import RIGID
 from ssi_ros.quantity import unknown
 
 # largest standard deviation that is one of a model, as of a spacecraft's `uncertainty:`
+SHARED = 0.5            # of what moves two modes: what turns them into each other, mostly
 MOST = {FREQUENCY: 0.5, DAMPING: 3.0, PARTICIPATION: 1.0, SHAPE: 1.0, GAIN: 0.5}
 
 
@@ -106,9 +107,44 @@ _WHAT = {FREQUENCY: 'the modes that vibrate', DAMPING: 'the modes that vibrate',
          PARTICIPATION: 'modes x inputs', SHAPE: 'channels x modes', GAIN: 'the channels'}
 
 
+def of_close_modes(model):
+    """
+    Return the ModalUncertainty of a LinearModel, of close modes not below what follows.
+
+    What moves frequencies by a share turns two modes into each other by that over their distance,
+    eps = phi_i^T (dK - w_j^2 dM) phi_j / (w_i^2 - w_j^2): a shape or a participation that is known
+    better than that does not go with such frequencies. Source: Fox and Kapoor, AIAA Journal 6(12),
+    1968.
+    """
+    given = model.uncertainty
+    if not np.any(given.frequency):
+        return given
+    shapes, squares = basis_of(model)
+    shapes, squares = (x[..., len(squares) - model.vibrating:] for x in (shapes, squares))
+    stds = np.array(given.frequency)
+    moved = np.hypot.outer(stds, stds) / np.sqrt(2) * np.sqrt(np.outer(squares, squares))
+    apart = np.abs(np.subtract.outer(squares, squares))
+    np.fill_diagonal(apart, np.inf)
+    turns = np.minimum(2 * SHARED * moved / np.maximum(apart, 1e-300), 1.0)
+    return replace(given, shape=_at_least(given.shape, model.output @ shapes, turns, SHAPE),
+                   participation=tuple(zip(*_at_least(
+                       np.transpose(given.participation), (shapes.T @ model.input).T, turns,
+                       PARTICIPATION))))
+
+
+def _at_least(stds, sizes, turns, kind):
+    """Return deviations (q, n) of sizes (q, n), no less than modes that turn make of them."""
+    turned = np.sqrt(sizes ** 2 @ turns.T ** 2)
+    share = np.divide(turned, np.abs(sizes), out=np.zeros_like(turned), where=sizes != 0.0)
+    # what is declared exact stays so
+    stds = np.array(stds)
+    return tuple(map(tuple, np.where(
+        stds > 0.0, np.maximum(stds, np.minimum(share, MOST[kind])), 0.0).tolist()))
+
+
 def declared_of_modes(model):
     """Return names and deviations of all errors that a LinearModel declares; see `declared`."""
-    given, found = model.uncertainty, []
+    given, found = of_close_modes(model), []
     if given.exact:
         return (), np.zeros(0)
     for k in range(len(given.frequency)):

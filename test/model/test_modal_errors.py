@@ -97,6 +97,25 @@ def test_a_file_keeps_what_is_declared_and_calibrated(make, tmp_path):
     assemble(fewer)
 
 
+@pytest.mark.parametrize('coupling, close', [(0.5, False), (4.0, True)])
+def test_shapes_of_close_modes_err_as_their_frequencies_do(coupling, close):
+    """Two pendulums that hardly know of each other, each softer or stiffer by 1 %."""
+    def pair(one, two, joint=coupling):
+        return LinearModel(
+            np.eye(2), 0.1 * np.eye(2), np.diag([400.0 * one, 400.0 * two]) + (
+                400.0 / joint ** 2 * np.array([[1.0, -1], [-1, 1]])), np.eye(2), np.eye(2),
+            freedoms=('a', 'b'), drives=DRIVES, sensors=SENSORS[:2], rate_hz=50.0)
+    given = dict(zip(*declared(replace(pair(1, 1), uncertainty=modal_uncertainty(
+        pair(1, 1), frequency=0.005, shape=0.01, participation=0.0)))))
+    assert (given['shape mode 1 acc'] > 0.01) == close
+    rng = np.random.default_rng(3)
+    found = [basis_of(pair(*(1 + 0.01 * rng.standard_normal(2))))[0] for _ in range(400)]
+    # of mode 1, what the first channel shows of it
+    spread = np.std([abs(shapes[0, 0]) for shapes in found]) * np.sqrt(2)
+    assert given['shape mode 1 acc'] > 0.7 * spread
+    assert 'participation mode 1 motor' not in given
+
+
 def test_single_modes_and_a_struct_of_matlab(tmp_path):
     """One number for all, or an array with one for each; 0 is exact."""
     model = modes()
