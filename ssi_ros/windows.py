@@ -78,7 +78,7 @@ def peak_near(series, line):
     return float(found.x), float(power(found.x))
 
 
-def excess_around(powers, median, lines, least=1.0):
+def excess_around(powers, median, lines, least=0.5):
     """
     Return by how much the neighbours of each power are above a model, at least 1, (k,).
 
@@ -91,11 +91,11 @@ def excess_around(powers, median, lines, least=1.0):
     lines : int
         Neighbours that are looked at.
     least : float
-        Up to which it is 1: what chance makes of so few neighbours.
+        Up to which it is 1: what chance makes of so few neighbours. From twice that on all counts.
 
     """
     lines = min(lines, len(powers))
     around = np.pad(powers, (lines // 2, lines - lines // 2 - 1), mode='symmetric')
     windows = np.lib.stride_tricks.sliding_window_view(around, lines)
     found = np.partition(windows, lines // 2, axis=-1)[:, lines // 2] / median
-    return np.where(found > least, found, 1.0)
+    return 1.0 + np.maximum(found - 1.0, 0.0) * np.clip(found / least - 1.0, 0.0, 1.0)

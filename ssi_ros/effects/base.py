@@ -174,6 +174,8 @@ class Effect:
         What a model must offer: 'geometry' (arrays, places on them, a hub), 'arrays' (two of
         them), 'modes', 'points' that springs can join. None: geometry, if it names an array or
         changes a spacecraft.
+    nodes : bool
+        Whether it acts in all directions of a node alike.
 
     """
 
@@ -198,6 +200,7 @@ class Effect:
     below_band = False
     may_vary = ''
     needs = None
+    nodes = False
 
     def __post_init__(self):
         check(self)

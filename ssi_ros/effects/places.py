@@ -11,6 +11,7 @@ from ssi_ros.model.structure import default_excitation
 GROUND = 'ground'       # what does not move
 MOST_PAIRS = 60         # of points that are joined: the most strongly joined ones
 JOINED = 1e-6           # of the geometric mean of two diagonal entries: less joins nothing
+DIRECTIONS = 'x', 'y', 'z'      # of a point, the last letter of its name
 OFFERED = ('geometry', 'arrays')     # by a spacecraft
 WORDS = {'geometry': 'arrays, places on them or a hub', 'arrays': 'two arrays',
          'modes': 'a model of matrices', 'points': 'points that springs can join'}
@@ -92,12 +93,22 @@ def _choices(cls, f, model):
     if f.name == 'freedom':
         # a force that has a level already is no other one
         from ssi_ros.effects.points import undriven
-        return undriven(model) if cls.site is Site.EXCITATION else list(model.points)
+        points = undriven(model) if cls.site is Site.EXCITATION else list(model.points)
+        return points + nodes(points) * cls.nodes
     if f.name == 'force':
         names = levels_of(model)
         all_but_one = ['+'.join(n for n in names if n != left) for left in names]
         return ['all', *names * (len(names) > 1), *all_but_one * (len(names) > 2)]
     return (['all'] if f.default == 'all' else []) + [s.name for s in model.sensors]
+
+
+def nodes(points):
+    """Return the points that are one node in several directions, by their last letters, with +."""
+    found = {}
+    for point in points:
+        if point[-1:].lower() in DIRECTIONS and point[:-1]:
+            found.setdefault(point[:-1], []).append(point)
+    return ['+'.join(each) for each in found.values() if len(each) > 1]
 
 
 def levels_of(model):

@@ -20,7 +20,7 @@ BEFORE = 1e-3           # p-value below which the reference has a nonlinear forc
 LEAST_RANK = 0.01       # of the largest variance of lags, below which they repeat each other
 BINS, ABOVE_NOISE = 24, 4.0     # of a spectrum, and its least power that is no noise
 CYCLES = 60             # of the slowest motion: fewer are no sample of a distribution
-SHORT_S = 80.0          # python -m validation.gap_odd_channels
+SHORT_S = 80.0, 160.0   # beside a recording and a model: python -m validation.gap_odd_channels
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,7 +134,7 @@ def force_beside(reference, record, channels, sensors=()):
         return Finding(FAMILY, 1.0, 'No channel was asked for a force.')
     found = np.array([_tests(reference, record, key) for key in keys])
     duration_s = min(len(m.values) / m.rate_hz for m in (reference or record, record))
-    before, now = (of_short_record(min(1.0, p.size * p.min()), SHORT_S, duration_s)
+    before, now = (of_short_record(min(1.0, p.size * p.min()), SHORT_S[not reference], duration_s)
                    for p in found.transpose(2, 0, 1))
     at, order = np.unravel_index(np.argmin(found[:, :, 1]), found.shape[:2])
     named = [channels[i] for i in keys[at][0]]

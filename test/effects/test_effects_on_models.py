@@ -10,6 +10,7 @@ from scipy.linalg import eigh
 from ssi_ros.effects import (
     applicable, effect_class, inject, left_out, parse_effect, places, simulate_setup)
 from ssi_ros.effects.equivalent_hinges import equivalent_hinges
+from ssi_ros.effects.places import nodes
 from ssi_ros.effects.points import amplitude_between
 from ssi_ros.effects.statistical_linearisation import linearise
 from ssi_ros.model import assemble, load_spacecraft, natural_modes, simulate, state_space_model
@@ -194,3 +195,13 @@ def test_play_at_the_ground_needs_a_spring():
                    output=BUILDING.output[:3], sensors=BUILDING.sensors[:3])
     with pytest.raises(ValueError, match='no spring holds floor_1 and ground'):
         inject(free, [parse_effect('connection_friction:freedom=floor_1,force=1')])
+
+
+def test_a_mass_at_a_node_acts_in_all_its_directions():
+    """Points whose names differ by a last x, y or z are one node, and each one alone too."""
+    assert nodes(['n1x', 'n1y', 'n2x', 'x', 'y', 'tip_z', 'floor_2']) == ['n1x+n1y']
+    setup = inject(BUILDING, [])
+    first, second = BUILDING.freedoms[:2]
+    mass = effect_class('point_mass')(freedom=f'{first}+{second}', share=0.1)
+    added = np.diag(mass.apply(setup).system.mass - setup.system.mass)
+    assert added[:2] == pytest.approx(0.1 * setup.system.mass[0, 0]) and not added[2:].any()
