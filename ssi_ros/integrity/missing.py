@@ -230,8 +230,10 @@ def unusable(name, column, rate_hz, longest):
     if not len(there) or len(there) < 0.3 * span:
         return (f'channel {name} has {len(there)} of {span or len(column)} samples, and a third '
                 'of them is needed')
-    middle, largest = np.median(np.abs(there)), np.abs(there).max()
-    if not np.isfinite(largest) or largest > WILD * max(middle, 1e-300):
+    # of coarse steps most values may be zero
+    sizes = np.abs(there[there != 0.0])
+    middle, largest = (np.median(sizes), sizes.max()) if len(sizes) else (0.0, 0.0)
+    if not np.isfinite(largest) or largest > WILD * middle:
         at = int(np.nanargmax(np.abs(column)))
         raise ValueError(f'channel {name} shows {column[at]:g} m/s^2 at '
                          f'{at / rate_hz:g} s, {largest / middle:.1g} times its '

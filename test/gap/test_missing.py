@@ -13,7 +13,8 @@ from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.gap.spectra.imputation import filled
 from ssi_ros.gap.spectra.segmentation import make_frame
 from ssi_ros.integrity.filling import filled_alike
-from ssi_ros.integrity.missing import best_channels, lost_at_random, missing_of, segment_rows
+from ssi_ros.integrity.missing import (
+    best_channels, lost_at_random, missing_of, segment_rows, unusable)
 from ssi_ros.model import load_spacecraft
 from ssi_ros.model.channels import of_channels, with_channels
 from ssi_ros.model.errors import Calibration
@@ -227,3 +228,13 @@ def test_channels_that_are_read_one_beside_the_other(spacecraft, text, named):
     found = diagnose(spacecraft, samples, effects=[*FEW, 'timestamp_jitter'], pairs=False)
     assert found.outcome == ('EXPLAINED' if named else 'WITHIN_FLOOR'), found.candidates
     assert not named or list(found.candidates[0].effects) == named
+
+
+def test_most_values_of_coarse_steps_may_be_zero():
+    """Only what is far from all others is no acceleration."""
+    steps = np.round(0.4 * np.random.default_rng(1).standard_normal(3000))
+    assert np.median(np.abs(steps)) == 0.0
+    assert unusable('a', steps, RATE_HZ, 10.0) == ''
+    steps[700] = 1e30
+    with pytest.raises(ValueError, match='shows 1e[+]30 m/s.2 at 7 s'):
+        unusable('a', steps, RATE_HZ, 10.0)
