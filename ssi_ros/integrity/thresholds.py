@@ -40,6 +40,9 @@ class IntegrityThresholds:
         'another effect')
     other_levels: Threshold = Threshold(
         0.05, 'nats', 'simulation: levels of 6 dB more or less change D by 0.03 at most')
+    least_share: Threshold = Threshold(
+        0.15, '1', 'engineering choice: share of the gap that a skew explains at least; a damper '
+        'makes phases that are near a slope, and little else of it')
     one_slope: Threshold = Threshold(
         0.5, '1', 'engineering choice: weighted mean of the cosines of phases around one delay a '
         'pair; 1 where the delays are all')

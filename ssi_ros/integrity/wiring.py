@@ -182,8 +182,9 @@ def _skew(spectra):
     turn = np.exp(2j * np.pi * step_s * np.outer(spectra.frequencies_hz, ramps[best]))
     before, after = (_distance(of_fit, w) for w in (
         spectra.recorded, turn[:, :, None] * spectra.recorded * turn[:, None, :].conj()))
-    if after > max(LIMITS.unexplained.value * before, LIMITS.other_levels.value):
-        return None                 # a large change, whose phases are near a slope
+    if after > max(LIMITS.unexplained.value * before, LIMITS.other_levels.value) or (
+            after > (1 - LIMITS.least_share.value) * before):
+        return None                 # another change, whose phases are near a slope
     order = ', '.join(names[i] for i in orders[best][::1 if step_s > 0 else -1])
     # every order is there in both directions
     word = 'in the order' if tied[0] or tied.sum() <= 3 else 'perhaps in the order'
