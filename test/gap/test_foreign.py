@@ -46,7 +46,8 @@ def test_without_an_effect_it_is_quiet(model, seconds):
     (BUILDING, 1800.0, 'point_mass:freedom=floor_4,share=0.08'),
     (BRIDGE, 600.0, 'point_mass:freedom=north_mid,share=0.01'),
     pytest.param(BRIDGE, 600.0, 'mode_damping:mode=2,scale=1.6', marks=pytest.mark.slow),
-    (BRIDGE, 600.0, 'sensor_gain:channel=strain_14,scale=0.97')])
+    pytest.param(BRIDGE, 600.0, 'sensor_gain:channel=strain_14,scale=0.97',
+                 marks=pytest.mark.slow)])
 def test_an_effect_is_named_with_its_place_and_size(model, seconds, text):
     """The right effect at the right place, and its size within four standard deviations."""
     found, effect = answer(model, [text], seconds, 12), parse_effect(text)

@@ -102,6 +102,7 @@ def test_effects_that_make_no_curve():
         assert not is_linear(('sensor_gain', other))
 
 
+@pytest.mark.slow
 def test_a_dead_zone_is_unexplained():
     """A gain and noise leave nothing of its spectrum; the curve is what neither makes."""
     found = diagnose_reference(chain(1), curved(chain(2), dead_zone))
