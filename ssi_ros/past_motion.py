@@ -1,4 +1,4 @@
-"""Velocity and displacement of accelerations by their past alone, over their level."""
+"""Velocity and displacement of accelerations by their past alone, and the level of inputs."""
 from itertools import combinations
 
 import numpy as np
@@ -39,6 +39,11 @@ def integrated(spectra, rows, rate_hz, corner_hz, integrals):
     corner = 2 * np.pi * corner_hz
     transfer = s ** (2 - integrals) / (s ** 2 + 2 * DAMPING * corner * s + corner ** 2)
     return irfft((spectra.T * transfer).T, axis=0)[:rows]
+
+
+def level_of_inputs(errors):
+    """Return the slow level of the inputs, (n,): the rms of what is new around, (n, l)."""
+    return np.sqrt(slow(np.mean(errors ** 2, axis=1)))
 
 
 def over_level(motion):

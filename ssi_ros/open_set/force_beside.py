@@ -8,9 +8,9 @@ from scipy.fft import irfft, rfft
 from scipy.linalg import toeplitz
 
 from ssi_ros.open_set.families import Finding, NEW, of_short_record
-from ssi_ros.past_motion import DISPLACEMENT, integrated, LARGE, points_of, VELOCITY
+from ssi_ros.past_motion import (
+    DISPLACEMENT, integrated, LARGE, level_of_inputs, points_of, VELOCITY)
 from ssi_ros.tails import chi2
-from ssi_ros.windows import slow
 
 FAMILY = 'nonlinear force'
 ORDERS = 2, 3           # even and odd
@@ -56,7 +56,7 @@ class Driven:
     @cached_property
     def level(self):
         """Slow level of the inputs, (n - k,), that of what is new."""
-        return np.sqrt(slow(np.mean(self.errors ** 2, axis=1)))
+        return level_of_inputs(self.errors)
 
     @cached_property
     def states(self):

@@ -12,6 +12,7 @@ from ssi_ros.gap.nominal.thresholds import LIMITS
 from ssi_ros.open_set.curve_beside import curve_beside, Motion, product_beside
 from ssi_ros.open_set.force_beside import Driven, FAMILY as FORCE, force_beside
 from ssi_ros.open_set.gain_beside import gain_beside, GainScores
+from ssi_ros.past_motion import level_of_inputs
 from ssi_ros.regimes.regime import Regime
 from ssi_ros.windows import slow
 
@@ -172,8 +173,8 @@ def _as_tested(predicted, rate_hz, lowest_hz):
 
 def _level(errors, rows):
     """Return the slow level of inputs at every row, (n,): the rms of what comes new, over its."""
-    power = np.mean(errors ** 2, axis=1)
-    return np.sqrt(np.pad(slow(power) / power.mean(), (rows - len(power), 0), mode='edge'))
+    level = level_of_inputs(errors) / np.sqrt(np.mean(errors ** 2))
+    return np.pad(level, (rows - len(level), 0), mode='edge')
 
 
 def _strength(values, low):
