@@ -135,11 +135,16 @@ def strongest_rms(system):
 
 def with_force(setup, freedom, rms):
     """Return the setup with a white force at a point, as of `row_between`."""
-    system, force = setup.system, f'force on {freedom}'
-    there = replace(setup, system=replace(
-        system, input=np.column_stack([system.input, row_between(setup, freedom, GROUND)]),
-        inputs=(*system.inputs, force)))
+    force = f'force on {freedom}'
+    there = replace(setup, system=_with_input(
+        setup.system, row_between(setup, freedom, GROUND), force))
     return add_part(there, FixedWhite(force, (force,), (rms,)))
+
+
+def _with_input(system, row, name):
+    """Return the system with one more input, a force along a row."""
+    return replace(system, input=np.column_stack([system.input, row]),
+                   inputs=(*system.inputs, name))
 
 
 @lru_cache(maxsize=16)
@@ -159,8 +164,7 @@ def with_law(setup, row, between, kind, size, stiffness):
     system = setup.system
     if between in system.inputs:
         raise ValueError(f'friction or play between {between} is given twice; give it once')
-    system = replace(system, input=np.column_stack([system.input, row]),
-                     inputs=system.inputs + (between,))
+    system = _with_input(system, row, between)
     distance_rows(system, [len(system.inputs) - 1])     # the points must be held
     return replace(setup, system=system,
                    laws=setup.laws + (JointLaw(between, kind, size, stiffness),))
@@ -178,8 +182,7 @@ def amplitude_between(model, freedom, to):
     """Return the rms of the distance of two points of a model, and the stiffness between them."""
     system = assemble_model(model)
     row = _row_on(model, system, freedom, to)
-    system = replace(system, input=np.column_stack([system.input, row]),
-                     inputs=system.inputs + ('between',))
+    system = _with_input(system, row, 'between')
     reads = distance_rows(system, [len(system.inputs) - 1])[0]
     covariance = system.plant.discrete(model.rate_hz).state_covariance(
         total_covariance(system.excitation, model.rate_hz, system.inputs))
