@@ -42,7 +42,7 @@ MAY_IMPORT = {            # layer: the layers that it may import, besides itself
     'inputs': {'records', 'model', 'effects', 'gap', 'integrity', 'updating'},
     'updating': {'records', 'model', 'effects', 'gap', 'integrity'},
     'levels': {'gap'},
-    'events': {'effects', 'gap'},
+    'events': {'effects', 'gap', 'open_set'},
     'regimes': {'effects', 'events', 'gap', 'identify', 'open_set'},
     'planning': {'model', 'effects', 'gap', 'updating', 'inputs', 'template_cache'},
     'monitor': {'records'},

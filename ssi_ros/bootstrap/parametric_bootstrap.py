@@ -21,6 +21,7 @@ from ssi_ros.gap.selection.evidence import above_floor
 from ssi_ros.inputs.beside import remainder
 from ssi_ros.levels.held_out import held_out
 from ssi_ros.open_set.families import beside, FAMILIES
+from ssi_ros.open_set.force_between import beside_simulated, FAMILIES as OF_FORCES
 from ssi_ros.tails import norm
 
 RECORDS = 5
@@ -73,10 +74,22 @@ class Floor:
                 tuple(d for d in map(self.with_modulation, detections)
                       if d.p_value <= DETECTION.p_value.value
                       and not self.reproduces(d.effect, d.p_value)),
-                tuple(replace(a, p_value=beside(a.p_value, a.basis, self.detections))
-                      if a.basis in FAMILIES else a for a in anomalies
-                      if a.basis in FAMILIES or not self.reproduces(a.basis, a.p_value))
-                + detect_change(changes))
+                self.left(anomalies) + detect_change(changes))
+
+    def left(self, anomalies):
+        """Return what simulated records do not show of anomalies, at its p-value beside them."""
+        forces = {a.basis: a.p_value for a in anomalies if a.basis in OF_FORCES}
+        clearest = min(forces, key=forces.get, default=None)
+        found = []
+        for a in anomalies:
+            if a.basis == clearest:
+                p_value = beside_simulated(forces, self.detections, RECORDS)
+            else:
+                p_value = beside(a.p_value, a.basis, self.detections)
+            if a.basis == clearest or a.basis in FAMILIES or not (
+                    a.basis in forces or self.reproduces(a.basis, a.p_value)):
+                found.append(replace(a, p_value=p_value))
+        return tuple(found)
 
     def with_modulation(self, detection):
         """Return a detection with the p-value that it has where the level is modulated."""

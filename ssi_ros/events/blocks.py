@@ -12,6 +12,7 @@ import math
 import numpy as np
 
 from ssi_ros.effects import effect_class
+from ssi_ros.events.joint_forces import joint_forces
 from ssi_ros.gap.detectors import (
     ANOMALIES, anomalies, detect_in_input, detect_in_spectrum, open_set)
 from ssi_ros.gap.detectors.input_reconstruction import reconstruct
@@ -76,6 +77,7 @@ def search(simulator, fitted, samples, settings, names, missing=None, asked=ANOM
         found.append((at_s, detect_in_input(inputs, names) + detect_in_spectrum(
             simulator, fitted, part, settings, names)))
         others.append((at_s, anomalies(inputs, part.channels, asked) + open_set(
+            simulator, fitted, inputs, part.channels, asked) + joint_forces(
             simulator, fitted, inputs, part.channels, asked)))
         if also is not None:
             also(inputs)

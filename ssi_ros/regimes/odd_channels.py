@@ -6,11 +6,13 @@ from ssi_ros.effects.base import Site
 from ssi_ros.effects.places import offered
 from ssi_ros.effects.registry import modal_forms
 from ssi_ros.events.contacts import makes_contact
+from ssi_ros.events.joint_forces import has_joints, is_linear_and_steady, is_linear_side
 from ssi_ros.events.prediction_error import predictor
 from ssi_ros.gap.comparison import Detection
 from ssi_ros.gap.nominal.thresholds import LIMITS
 from ssi_ros.open_set.curve_beside import curve_beside, Motion, product_beside
 from ssi_ros.open_set.force_beside import Driven, FAMILY as FORCE, force_beside
+from ssi_ros.open_set.force_between import FAMILIES as FORCES
 from ssi_ros.open_set.gain_beside import gain_beside, GainScores
 from ssi_ros.past_motion import level_of_inputs
 from ssi_ros.regimes.regime import Regime
@@ -110,8 +112,7 @@ def beside_model(comparison):
     # the open-set test of a spacecraft asks the same of its modes
     simulator, samples = comparison.simulator, comparison.record.samples
     model = simulator.spacecraft
-    if simulator.recorded or 'geometry' in offered(model) or model.calibration.unexplained or not (
-            all(_is_linear_and_steady(e.name) for e in simulator.present)):
+    if 'geometry' in offered(model) or not is_linear_side(simulator):
         return ()
     values = samples.values[:int(MOST_S * samples.rate_hz)]
     values = values - values.mean(axis=0)
@@ -120,23 +121,35 @@ def beside_model(comparison):
     way = predictor(values)
     return _detections(findings_beside(
         (None, (values, way, way.residual(values))), samples.rate_hz,
-        SLOWEST * samples.rate_hz / len(values), samples.channels))
+        SLOWEST * samples.rate_hz / len(values), samples.channels, not has_joints(model)))
 
 
-def left_beside_model(found, names, seen):
-    """Return those Detections that effects leave, beside what was detected of others."""
+def left_beside_model(odd, channels, names, seen):
+    """
+    Return the Detections of no effect that effects leave, beside what was detected of others.
+
+    Parameters
+    ----------
+    odd, channels : tuple of Detection
+        Of a fit, and of the channels alone.
+    names : tuple of str
+        Of the effects of the fit.
+    seen : tuple of Detection
+        Of effects.
+
+    """
     # events ring, and motion that is not Gaussian has curves
-    events = {d.effect for d in seen if d.p_value < FAULTY}
-    return found if all(map(_is_linear_and_steady, (*names, *events))) else ()
+    if not all(is_linear_and_steady(d.effect) for d in seen if d.p_value < FAULTY):
+        return tuple(d for d in odd if d.basis not in FORCES)
+    # what one channel makes of its values is in all that follows it, and no force
+    forces = [d for d in odd if d.basis in FORCES]
+    if min((d.p_value for d in channels), default=1.0) < min(
+            (d.p_value for d in forces), default=0.0):
+        odd = tuple(d for d in odd if d not in forces)
+    return odd + (channels if all(map(is_linear_and_steady, names)) else ())
 
 
-def _is_linear_and_steady(name):
-    effect = effect_class(name)
-    return effect.spectral and not effect.nonlinear and (
-        ModalPattern.FREQUENCY_DRIFT not in effect.patterns)
-
-
-def findings_beside(predicted, rate_hz, lowest_hz, channels):
+def findings_beside(predicted, rate_hz, lowest_hz, channels, forces=True):
     """
     Return the Findings of a curve, product, gain and force that a record has, a reference not.
 
@@ -149,11 +162,15 @@ def findings_beside(predicted, rate_hz, lowest_hz, channels):
         Of the samples, and of the motion that they hold.
     channels : sequence of str
         Names of the l channels.
+    forces : bool
+        Whether forces are asked for: they are not where a model has points to put them.
 
     """
     motions, gains, driven = zip(*(_as_tested(p, rate_hz, lowest_hz) for p in predicted))
     found = (curve_beside(*motions, channels), product_beside(*motions, channels),
              gain_beside(*gains, channels))
+    if not forces:
+        return found
     # what a channel alone makes of its values is in what follows it, and no force
     wrong = {f.channel for f in found if f.p_value < FAULTY} - {''}
     return *found, force_beside(*driven, channels, wrong)

@@ -12,9 +12,10 @@ from ssi_ros.gap.detectors import (  # noqa: F401 (they register themselves)
     amplitude_modulation, chirp, impulses, low_frequency_noise, samples as of_samples,
     tone)
 from ssi_ros.open_set.families import FAMILIES, findings
+from ssi_ros.open_set.force_between import FAMILIES as OF_FORCES
 from ssi_ros.open_set.spectra import record_spectra
 
-ANOMALIES = 'line', 'spikes', *FAMILIES     # all, by their bases
+ANOMALIES = 'line', 'spikes', *FAMILIES, *OF_FORCES      # all, by their bases
 OF_NO_EFFECT = 4        # tests: lines, spikes, odd channels, unmodelled changes
 EDGES = 2               # tapers from both ends of a record in which nothing is asked
 

@@ -126,8 +126,7 @@ class ModelComparison(Comparison):
         found, odd = search(*self.whole(fit, record), self.settings, names, self.record.missing)
         found = tuple(d for d in self.record.detections if d.effect in names) + found
         every = self._once('odd', (self.record,), lambda: beside_model(self))
-        odd += left_beside_model(every, fit.candidate.names, found)
-        return found, odd, tests_of(names)
+        return found, left_beside_model(odd, every, fit.candidate.names, found), tests_of(names)
 
     def whole(self, fit, samples):
         """Return a model side, a fit, and samples with their gaps filled, to search in time."""

@@ -14,6 +14,7 @@ from ssi_ros.gap.selection.evidence import beside_law, hidden_odds, posterior, R
 from ssi_ros.gap.selection.thresholds import SELECTION as LIMITS
 from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.open_set.families import FAMILIES
+from ssi_ros.open_set.force_between import FAMILIES as OF_FORCES
 from ssi_ros.quantity import p_equation
 from ssi_ros.tails import norm
 
@@ -115,7 +116,7 @@ def conclude(case):
     best, residual = case.ranked[0], case.residual
     # the least of as many families; it says no more against none than all tests do, (113c)
     anomaly = max(case.found.p_value, min([1.0, *map(_corrected, residual.anomalies)]))
-    rest = beside_law(residual.p_value, best.by_law)
+    rest = _left(best, residual)
     if not is_inside(best, residual):
         # what a candidate leaves on segments that it was not fitted to counts too
         rest = min(rest, float(norm.sf(best.deviations)), LIMITS['residual_p'].value)
@@ -149,8 +150,13 @@ def conclude(case):
 
 def is_inside(ranked, residual):
     """Return whether what a candidate leaves is inside the floor."""
-    left = beside_law(residual.p_value, ranked.by_law)
-    return ranked.inside and left >= LIMITS['residual_p'].value
+    return ranked.inside and _left(ranked, residual) >= LIMITS['residual_p'].value
+
+
+def _left(ranked, residual):
+    """Return the p-value of what a candidate leaves; forces are no matter of a law of spectra."""
+    return min([beside_law(residual.p_value, ranked.by_law)] + [
+        a.p_value for a in residual.anomalies if a.basis in OF_FORCES])
 
 
 def _outcome(case, best, top, tied, shares):

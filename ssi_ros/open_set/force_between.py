@@ -1,0 +1,168 @@
+"""A nonlinear force between two points of a model, and how it goes with their motion."""
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.fft import irfft, rfft
+
+from ssi_ros.open_set.families import Finding
+from ssi_ros.scipy_later import uniform_filter1d
+from ssi_ros.tails import norm
+from ssi_ros.windows import slow
+
+LARGE = 4.0             # rms of the motion beyond which it counts as that
+AROUND = 101            # bins, over which the power of a force is compared with the expected one
+INTEGRALS = 2, 1        # of an acceleration: displacement and velocity
+LAW = 0.15              # share by which scores of one law of a joint differ from those of another
+LEAST = 1e-300          # p-value: smaller ones would have no score
+# standard deviations of the scores over theory, whose forces are not independent of the motion, by
+# integral and by order, 2 and 3: python -m validation.gap_joint_forces
+SCATTER = (1.05, 1.05), (1.05, 1.25)
+SPRING, DAMPER = (f'The {what} between {{}} is not linear: ' for what in ('spring', 'damping'))
+# families and what they say by integral, order and whether the force goes with the motion
+KINDS = {
+    (0, 0, False): ('uneven spring', SPRING + 'it is stiffer in one direction than in the other.'),
+    (0, 1, False): ('hardening spring', SPRING + 'it hardens with the amplitude.'),
+    (0, 1, True): ('softening spring', SPRING + 'it softens with the amplitude.'),
+    (1, 0, False): ('uneven damping', DAMPER + 'one direction has more of it than the other.'),
+    (1, 1, False): ('rising damping', DAMPER + 'the force grows faster than the velocity.'),
+    (1, 1, True): ('falling damping', DAMPER + 'the force grows more slowly than the velocity.')}
+FAMILIES = tuple(family for family, _ in KINDS.values())
+
+
+@dataclass(frozen=True, eq=False)
+class _Adjoint:
+    """What a record of n rows holds of motion of, and of forces on, the q freedoms of a model."""
+
+    record: object          # RecordSpectra, of the same frequencies
+    inputs: np.ndarray      # (k, m), most probable random inputs
+    motion: np.ndarray      # (k, q), most probable accelerations
+    force: np.ndarray       # (k, q), scores of forces, G^H S^-1 Y
+    reach: np.ndarray       # (k, l, q), whitened responses to forces, of S^-1 = U^H U
+
+    def series(self, values, integrals=0):
+        """Return the time series of integrals of spectra (k, q), (n, q)."""
+        record = self.record
+        full = np.zeros((record.rows // 2 + 1, values.shape[1]), complex)
+        turn = 2j * np.pi * record.frequencies_hz[:, None]
+        full[record.first:record.first + len(values)] = values / turn ** integrals
+        return irfft(full, record.rows, axis=0)
+
+    def levels(self, kept):
+        """Return a row of 1, and the slow power of every input, in rows that are kept, (.., n)."""
+        counted, there = kept > 0, self.inputs.any(axis=0)
+        power = [slow((u * kept) ** 2) for u in self.series(self.inputs[:, there]).T]
+        return np.stack([counted, *(p / p[counted].mean() - 1.0 for p in power)]) * counted
+
+    def powers(self, rows):
+        """Return the power of forces along rows (p, q), (k, p)."""
+        expected = sum(np.abs(self.reach[:, i] @ rows.T) ** 2 for i in range(self.reach.shape[1]))
+        expected = np.maximum(expected, 1e-300)
+        # as it is around every bin: beside a model that is wrong the residual is not white
+        return expected * uniform_filter1d(
+            np.abs(self.force @ rows.T) ** 2 / expected, AROUND, axis=0)
+
+
+def forces_between(system, record, rows, kept):
+    """
+    Score nonlinear forces between points of a structure, eq. (188d).
+
+    The score of a force between two points, G^H S^-1 Y, against Hermite polynomials of their most
+    probable distance and velocity, given the record. Of Gaussian motion of a linear structure it
+    is zero in the mean, whatever filters the force and the motion have.
+
+    Parameters
+    ----------
+    system : System
+        Linear, with freedoms whose forces reach its channels.
+    record : RecordSpectra
+        Of a record of n rows beside that system.
+    rows : ndarray, shape (p, q)
+        Distances of pairs of points, from the q freedoms.
+    kept : ndarray, shape (n,)
+        Weights that undo the taper of the record; 0 in rows that do not count.
+
+    Returns
+    -------
+    ndarray, shape (p, 2, 2)
+        Along displacement and velocity, of orders 2 and 3, of unit variance.
+
+    """
+    adjoint = _adjoint(system, record)
+    powers, weight = adjoint.powers(rows), record.rows / np.sqrt(2)
+    forces, levels = adjoint.series(adjoint.force), adjoint.levels(kept)
+    z = np.zeros((len(rows), len(INTEGRALS), 2))
+    for k, integrals in enumerate(INTEGRALS):
+        state = adjoint.series(adjoint.motion, integrals) * kept[:, None]
+        for i, row in enumerate(rows):
+            curves = _curves(state @ row, levels)
+            spectra = rfft(curves)[:, record.first:record.first + len(powers)]
+            scatter = (spectra.real ** 2 + spectra.imag ** 2) @ powers[:, i]
+            z[i, k] = curves @ (forces @ row) * weight / np.sqrt(np.maximum(scatter, 1e-300))
+    return z / SCATTER
+
+
+def _curves(motion, levels):
+    """Return an even and an odd curve of motion (n,), no straight lines at any level, (2, n)."""
+    counted = np.count_nonzero(levels[0])
+    x = motion / max(np.sqrt(motion @ motion / counted), 1e-300)
+    x = np.clip(x, -LARGE, LARGE)
+    square = x * x
+    even, odd = square - square.sum() / counted * levels[0], square * x
+    # where the levels of the inputs vary, so does the line that a cube of Gaussian motion holds
+    lines = levels * x
+    share = np.linalg.lstsq(lines @ lines.T, lines @ odd, rcond=1e-9)[0]
+    return np.stack([even - (even @ x) / square.sum() * x, odd - share @ lines])
+
+
+def _adjoint(system, record):
+    """Return the _Adjoint of a System and the RecordSpectra of a record."""
+    f, count = record.frequencies_hz, len(system.dofs)
+    through = np.eye(len(system.channels))[None]
+    for stage in system.chain:
+        through = stage.response(f, len(system.channels)) @ through
+    heard = through @ system.transfer(f, record.rate_hz)
+    inputs = np.einsum('klm,kl->km', heard.conj(), record.adjoint) @ record.covariance.T
+    everywhere = replace(system, sensor=np.eye(count), channels=system.dofs,
+                         measured='acceleration', conditioning=None)
+    pushed = replace(system, input=np.eye(count), inputs=system.dofs, excitation=(), shaping=None)
+    reach = through @ pushed.transfer(f)
+    upper = np.linalg.cholesky(record.inverse).conj().swapaxes(-1, -2)
+    return _Adjoint(
+        record, inputs, np.einsum('kqm,km->kq', everywhere.transfer(f, record.rate_hz), inputs),
+        np.einsum('klq,kl->kq', reach.conj(), record.adjoint), upper @ reach)
+
+
+def findings_between(z, pairs):
+    """Return the Findings of scores (p, 2, 2) of forces between named pairs, one of each kind."""
+    found = []
+    for (k, order, along), (family, text) in KINDS.items():
+        size = np.abs(z[:, k, order]) if not order else z[:, k, order] * (1 if along else -1)
+        best = int(np.argmax(size))
+        p_value = min(1.0, float(2 * z.size * norm.sf(size[best])))
+        found.append(Finding(family, p_value, text.format(' and '.join(pairs[best]))))
+    return found
+
+
+def beside_simulated(p_values, simulated, count):
+    """
+    Return the p-value of what a record shows of forces, beside records of a fit that has some.
+
+    Parameters
+    ----------
+    p_values : dict of float
+        Of the record, by family; what it does not show is left out.
+    simulated : dict of list of float
+        As well, of records of the fit.
+    count : int
+        Of those records.
+
+    """
+    chances = []
+    for family in FAMILIES:
+        then = simulated.get(family, [])
+        now, *then = norm.isf(np.clip([p_values.get(family, 0.5), *then, *[0.5] * (
+            count - len(then))], LEAST, 0.5))
+        mean = np.mean(then)
+        scatter = max(1.0, np.std(then, ddof=1), LAW * mean) * np.sqrt(1 + 1 / count)
+        chances.append(2 * norm.sf(abs(now - mean) / scatter))
+    return min(1.0, len(chances) * float(min(chances)))
