@@ -312,15 +312,24 @@ def definite(spectrum, noise):
     The Fourier transform of lags is rounded by some 1e-15 of its largest power, which may be more
     than the noise of a good sensor.
     """
-    largest, least = (np.einsum('kii->ki', x).real for x in (spectrum, noise))
-    return spectrum if largest.max() * ROUNDED < least.min() else raised(spectrum, noise)
+    least = np.einsum('kii->ki', noise).real
+    return spectrum if ROUNDED < (least / _rms(spectrum) ** 2).min() else raised(spectrum, noise)
 
 
 def raised(spectrum, noise):
     """Return Hermitian matrices, (k, l, l), with no eigenvalue below those of (k or 1, l, l)."""
-    values, vectors = np.linalg.eigh(spectrum)
-    own = np.linalg.eigvalsh(noise)
+    # every channel has a unit of its own
+    rms = _rms(spectrum)
+    units = rms[:, None] * rms
+    values, vectors = np.linalg.eigh(spectrum / units)
+    own = np.linalg.eigvalsh(noise / units)
     # all noise of one channel may be taken away; and what is left has a Cholesky factor
     least = np.maximum(np.maximum(own[:, :1], LEAST_NOISE * own[:, -1:]),
                        SINGULAR * values[:, -1:])
-    return (vectors * np.maximum(values, least)[:, None, :]) @ vectors.conj().swapaxes(-1, -2)
+    return (vectors * np.maximum(values, least)[:, None, :]) @ vectors.conj().swapaxes(
+        -1, -2) * units
+
+
+def _rms(spectrum):
+    """Return the root of the largest power of every channel, (l,)."""
+    return np.sqrt(np.maximum(np.einsum('kii->ki', spectrum).real.max(axis=0), 1e-300))

@@ -67,6 +67,11 @@ def nonlinear(model, seconds, rng, law):
     return Samples(values, system.rate_hz, system.channels)
 
 
+def with_levels(model):
+    """Return a model each of whose forces has a level of its own."""
+    return replace(model, drives=tuple(replace(d, group='') for d in model.drives))
+
+
 def covariance_of(system):
     """Return the covariance of a sample of the inputs, (m, m)."""
     return sum(p.covariance(system.rate_hz, system.inputs) for p in system.excitation)
@@ -117,7 +122,7 @@ def shown(model, samples):
 def main():
     """Print how often p-values of linear motion are small, and what is found of laws."""
     records = int(sys.argv[1]) if len(sys.argv) > 1 else 40
-    models = {'building': shear_building(), 'footbridge': footbridge()}
+    models = {'building': with_levels(shear_building()), 'footbridge': with_levels(footbridge())}
     rows = []
     for name, model in models.items():
         for (text, depths), seconds in product(LEVELS.items(), LENGTHS_S):

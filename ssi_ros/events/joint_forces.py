@@ -51,9 +51,9 @@ def joint_forces(simulator, fitted, inputs, channels, asked=FAMILIES):
 
     """
     model = simulator.spacecraft
-    if not set(FAMILIES) & set(asked) or not has_joints(model) or not is_linear_side(simulator) or (
-            not all(is_linear_and_steady(n) or effect_class(n).nonlinear
-                    for n in fitted.candidate.names)):
+    if not set(FAMILIES) & set(asked) or not (
+            has_joints(model) and is_linear_side(simulator)) or not all(
+            is_linear_and_steady(n) or effect_class(n).nonlinear for n in fitted.candidate.names):
         return ()
     held = [pair for pair in pairs(model) if held_between(model, *pair)]
     if not held:

@@ -1,7 +1,7 @@
 """Products of small matrices by compiled loops are those of the library."""
 import numpy as np
 import pytest
-from ssi_ros.hermitian import inverse_root, real_vectors, SMALL, white, white_vectors
+from ssi_ros.hermitian import definite, inverse_root, real_vectors, SMALL, white, white_vectors
 
 BINS = 7
 
@@ -43,3 +43,18 @@ def test_the_inverse_root_makes_its_matrices_white(rng, count):
     matrices[3] -= 2 * np.trace(matrices[3]) * np.eye(count)
     with pytest.raises(np.linalg.LinAlgError):
         inverse_root(matrices)
+
+
+def test_channels_have_units_of_their_own():
+    """A strain of 1e-9 beside an acceleration keeps its noise, whatever rounds."""
+    units, rng = np.array([1.0, 1e-6]), np.random.default_rng(1)
+    both = np.outer(units, units)
+    motion = rng.standard_normal((5, 2, 1)) + 1j * rng.standard_normal((5, 2, 1))
+    noise = 1e-6 * np.eye(2)[None]
+    spectrum = motion @ motion.conj().swapaxes(1, 2) + noise
+    assert np.allclose(definite(spectrum * both, noise * both) / both, spectrum, rtol=1e-9)
+    # one that has lost its noise has it again
+    lost = spectrum - 1.5 * noise
+    assert np.linalg.eigvalsh(lost).min() < 0
+    found = definite(lost * both, 1e-14 * noise * both) / both
+    assert np.linalg.eigvalsh(found).min() > 0
