@@ -8,7 +8,7 @@ follow from them. The force on a mode is no number of the structure: every recor
 Eq. (160) to (163) of docs/theory-gap.md.
 """
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -25,6 +25,23 @@ PROBE_M = 1e-3          # step of the derivative of a shape by the place of its 
 
 class _Rows(tuple):
     """Rows of a covariance as a file has them, six digits each; not rounded again."""
+
+    # every model of a fit has other errors and this covariance: it is written and hashed once
+    @cached_property
+    def _written(self):
+        return super().__repr__()
+
+    @cached_property
+    def _hash(self):
+        return super().__hash__()
+
+    def __repr__(self):
+        """Return what a tuple is written as."""
+        return self._written
+
+    def __hash__(self):
+        """Return the hash of a tuple."""
+        return self._hash
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,10 @@ diagnosed. It has no geometry, so what needs arrays, places on them or a hub is 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 import hashlib
+import math
 
 import numpy as np
+from scipy.fft import next_fast_len
 from scipy.linalg import eigh
 
 from ssi_ros.model.errors import Calibration
@@ -172,8 +174,11 @@ class LinearModel:
         values = assemble_model(self).plant.diagonal[0]
         slowest = np.min(-values.real[values.imag > 0.0], initial=np.inf)
         needed_s = DECAYS / slowest
-        return settings if needed_s <= settings.segment_s else replace(
-            settings, segment_s=float(needed_s), least_segments=FEWEST)
+        if needed_s <= settings.segment_s:
+            return settings
+        # a length with a large prime factor is transformed in three times the time
+        rows = next_fast_len(math.ceil(needed_s * self.rate_hz), real=True)
+        return replace(settings, segment_s=rows / self.rate_hz, least_segments=FEWEST)
 
     @cached_property
     def vibrating(self):
