@@ -176,7 +176,7 @@ class LinearModel:
         needed_s = DECAYS / slowest
         if needed_s <= settings.segment_s:
             return settings
-        # a length with a large prime factor is transformed in three times the time
+        # a length with a large prime factor is transformed in many times the time
         rows = next_fast_len(math.ceil(needed_s * self.rate_hz), real=True)
         return replace(settings, segment_s=rows / self.rate_hz, least_segments=FEWEST)
 

@@ -11,6 +11,7 @@ from ssi_ros.windows import slow
 
 LARGE = 4.0             # rms of the motion beyond which it counts as that
 AROUND = 101            # bins, over which the power of a force is compared with the expected one
+MOST = 1 << 22          # responses of channels to forces that are held at once
 INTEGRALS = 2, 1        # of an acceleration: displacement and velocity
 LAW = 0.15              # share by which scores of one law of a joint differ from those of another
 LEAST = 1e-300          # p-value: smaller ones would have no score
@@ -31,13 +32,13 @@ FAMILIES = tuple(family for family, _ in KINDS.values())
 
 @dataclass(frozen=True, eq=False)
 class _Adjoint:
-    """What a record of n rows holds of motion of, and of forces on, the q freedoms of a model."""
+    """What a record of n rows holds of motion of, and of forces on, b distances in a model."""
 
     record: object          # RecordSpectra, of the same frequencies
     inputs: np.ndarray      # (k, m), most probable random inputs
-    motion: np.ndarray      # (k, q), most probable accelerations
-    force: np.ndarray       # (k, q), scores of forces, G^H S^-1 Y
-    reach: np.ndarray       # (k, l, q), whitened responses to forces, of S^-1 = U^H U
+    motion: np.ndarray      # (k, b), most probable accelerations
+    force: np.ndarray       # (k, b), scores of forces, G^H S^-1 Y
+    power: np.ndarray       # (k, p), expected power of forces between pairs of points
 
     def series(self, values, integrals=0):
         """Return the time series of integrals of spectra (k, q), (n, q)."""
@@ -53,13 +54,12 @@ class _Adjoint:
         power = [slow((u * kept) ** 2) for u in self.series(self.inputs[:, there]).T]
         return np.stack([counted, *(p / p[counted].mean() - 1.0 for p in power)]) * counted
 
-    def powers(self, rows):
-        """Return the power of forces along rows (p, q), (k, p)."""
-        expected = sum(np.abs(self.reach[:, i] @ rows.T) ** 2 for i in range(self.reach.shape[1]))
-        expected = np.maximum(expected, 1e-300)
+    def powers(self, shares):
+        """Return the power of forces of shares (p, b) of the distances, (k, p)."""
+        expected = np.maximum(self.power, 1e-300)
         # as it is around every bin: beside a model that is wrong the residual is not white
         return expected * uniform_filter1d(
-            np.abs(self.force @ rows.T) ** 2 / expected, AROUND, axis=0)
+            np.abs(self.force @ shares.T) ** 2 / expected, AROUND, axis=0)
 
 
 def forces_between(system, record, rows, kept):
@@ -87,17 +87,20 @@ def forces_between(system, record, rows, kept):
         Along displacement and velocity, of orders 2 and 3, of unit variance.
 
     """
-    adjoint = _adjoint(system, record)
-    powers, weight = adjoint.powers(rows), record.rows / np.sqrt(2)
+    # few freedoms make many pairs, and many freedoms few
+    basis, shares = (rows, np.eye(len(rows))) if len(rows) < rows.shape[1] else (
+        np.eye(rows.shape[1]), rows)
+    adjoint = _adjoint(system, record, basis, shares)
+    powers, weight = adjoint.powers(shares), record.rows / np.sqrt(2)
     forces, levels = adjoint.series(adjoint.force), adjoint.levels(kept)
     z = np.zeros((len(rows), len(INTEGRALS), 2))
     for k, integrals in enumerate(INTEGRALS):
         state = adjoint.series(adjoint.motion, integrals) * kept[:, None]
-        for i, row in enumerate(rows):
-            curves = _curves(state @ row, levels)
+        for i, share in enumerate(shares):
+            curves = _curves(state @ share, levels)
             spectra = rfft(curves)[:, record.first:record.first + len(powers)]
             scatter = (spectra.real ** 2 + spectra.imag ** 2) @ powers[:, i]
-            z[i, k] = curves @ (forces @ row) * weight / np.sqrt(np.maximum(scatter, 1e-300))
+            z[i, k] = curves @ (forces @ share) * weight / np.sqrt(np.maximum(scatter, 1e-300))
     return z / SCATTER
 
 
@@ -114,22 +117,31 @@ def _curves(motion, levels):
     return np.stack([even - (even @ x) / square.sum() * x, odd - share @ lines])
 
 
-def _adjoint(system, record):
-    """Return the _Adjoint of a System and the RecordSpectra of a record."""
-    f, count = record.frequencies_hz, len(system.dofs)
-    through = np.eye(len(system.channels))[None]
+def _adjoint(system, record, basis, shares):
+    """Return the _Adjoint of a record, for b distances (b, q), and shares (p, b) of them."""
+    names = tuple(map(str, range(len(basis))))
+    moved = replace(system, sensor=basis, channels=names, measured='acceleration',
+                    conditioning=None)
+    pushed = replace(system, input=basis.T, inputs=names, excitation=(), shaping=None)
+    size = max(1, MOST // len(system.channels) // len(basis))
+    return _Adjoint(record, *(np.concatenate(parts) for parts in zip(*(
+        _of_bins((system, moved, pushed), record, slice(k, k + size), shares)
+        for k in range(0, len(record.frequencies_hz), size)))))
+
+
+def _of_bins(systems, record, bins, shares):
+    """Return inputs, motion, force and its power, of an _Adjoint, in a slice of the bins."""
+    (system, moved, pushed), adjoint = systems, record.adjoint[bins]
+    f, count = record.frequencies_hz[bins], len(system.channels)
+    through = np.eye(count)[None]
     for stage in system.chain:
-        through = stage.response(f, len(system.channels)) @ through
-    heard = through @ system.transfer(f, record.rate_hz)
-    inputs = np.einsum('klm,kl->km', heard.conj(), record.adjoint) @ record.covariance.T
-    everywhere = replace(system, sensor=np.eye(count), channels=system.dofs,
-                         measured='acceleration', conditioning=None)
-    pushed = replace(system, input=np.eye(count), inputs=system.dofs, excitation=(), shaping=None)
-    reach = through @ pushed.transfer(f)
-    upper = np.linalg.cholesky(record.inverse).conj().swapaxes(-1, -2)
-    return _Adjoint(
-        record, inputs, np.einsum('kqm,km->kq', everywhere.transfer(f, record.rate_hz), inputs),
-        np.einsum('klq,kl->kq', reach.conj(), record.adjoint), upper @ reach)
+        through = stage.response(f, count) @ through
+    heard, reach = through @ system.transfer(f, record.rate_hz), through @ pushed.transfer(f)
+    inputs = np.einsum('klm,kl->km', heard.conj(), adjoint) @ record.covariance.T
+    white = np.linalg.cholesky(record.inverse[bins]).conj().swapaxes(-1, -2) @ reach
+    return (inputs, np.einsum('kbm,km->kb', moved.transfer(f, record.rate_hz), inputs),
+            np.einsum('klb,kl->kb', reach.conj(), adjoint),
+            sum(np.abs(white[:, i] @ shares.T) ** 2 for i in range(count)))
 
 
 def findings_between(z, pairs):
