@@ -12,6 +12,8 @@ from itertools import product
 import sys
 from types import SimpleNamespace
 
+from examples.footbridge import footbridge
+from examples.shear_building import shear_building
 import numpy as np
 from scipy.linalg import expm
 from ssi_ros.effects import inject, simulate_setup
@@ -24,8 +26,6 @@ from ssi_ros.gap.spectra.segmentation import make_frame
 from ssi_ros.model.excitation import Varying
 from ssi_ros.records import Samples
 
-from examples.footbridge import footbridge
-from examples.shear_building import shear_building
 from validation.report import table
 
 LENGTHS_S = 150.0, 600.0
@@ -139,8 +139,8 @@ def main():
         best = min(found, key=lambda d: d.p_value, default=None)
         rows.append((text, f'{seconds:g}', f'{best.p_value:.1e}' if best else '> 0.05',
                      best.text if best else ''))
-    print('\n' + '\n'.join(table((f'between {" and ".join(STOREY)}', 's', 'p-value', 'found'),
-                                  rows)))
+    head = f'between {" and ".join(STOREY)}', 's', 'p-value', 'found'
+    print('\n' + '\n'.join(table(head, rows)))
 
 
 if __name__ == '__main__':

@@ -1,10 +1,9 @@
 """Nonlinear forces between points of a model, in records that are integrated apart from it."""
 from functools import lru_cache
 
+from examples.shear_building import shear_building
 import numpy as np
 import pytest
-
-from examples.shear_building import shear_building
 from ssi_ros.gap.driver import diagnose
 from ssi_ros.open_set.force_between import beside_simulated
 from validation.gap_joint_forces import linear, nonlinear, shown, storey
