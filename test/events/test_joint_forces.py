@@ -1,10 +1,14 @@
 """Nonlinear forces between points of a model, in records that are integrated apart from it."""
+from dataclasses import replace
 from functools import lru_cache
+from types import SimpleNamespace
 
 from examples.shear_building import shear_building
 import numpy as np
 import pytest
+from ssi_ros.gap.comparison import Detection
 from ssi_ros.gap.driver import diagnose
+from ssi_ros.gap.selection.conclusion import is_inside
 from ssi_ros.open_set.force_between import beside_simulated
 from validation.gap_joint_forces import linear, nonlinear, shown, storey
 
@@ -55,3 +59,12 @@ def test_what_a_fit_makes_is_no_more_than_that():
     assert beside_simulated({}, shown_as_well, 3) < 1e-5
     assert beside_simulated({'rising damping': 1e-21}, {}, 3) < 1e-12
     assert beside_simulated({}, {}, 3) == 1.0
+
+
+def test_a_force_of_a_small_chance_leaves_friction_explained():
+    """One p-value of a hundredth among those of many tests is nothing."""
+    force = Detection('', {}, 7e-3, 'A force.', basis='falling damping')
+    ranked = SimpleNamespace(by_law=72.0, inside=True)
+    for p_value, inside in ((0.25, True), (1e-9, False)):
+        assert is_inside(ranked, SimpleNamespace(
+            p_value=p_value, anomalies=(replace(force, p_value=min(7e-3, p_value)),))) == inside

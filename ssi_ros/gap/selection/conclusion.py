@@ -156,7 +156,7 @@ def is_inside(ranked, residual):
 def _left(ranked, residual):
     """Return the p-value of what a candidate leaves; forces are no matter of a law of spectra."""
     return min([beside_law(residual.p_value, ranked.by_law)] + [
-        a.p_value for a in residual.anomalies if a.basis in OF_FORCES])
+        max(a.p_value, residual.p_value) for a in residual.anomalies if a.basis in OF_FORCES])
 
 
 def _outcome(case, best, top, tied, shares):
