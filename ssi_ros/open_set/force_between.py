@@ -2,7 +2,7 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.fft import irfft, rfft
+from scipy.fft import rfft
 
 from ssi_ros.open_set.families import Finding
 from ssi_ros.scipy_later import uniform_filter1d
@@ -42,11 +42,8 @@ class _Adjoint:
 
     def series(self, values, integrals=0):
         """Return the time series of integrals of spectra (k, q), (n, q)."""
-        record = self.record
-        full = np.zeros((record.rows // 2 + 1, values.shape[1]), complex)
-        turn = 2j * np.pi * record.frequencies_hz[:, None]
-        full[record.first:record.first + len(values)] = values / turn ** integrals
-        return irfft(full, record.rows, axis=0)
+        turn = 2j * np.pi * self.record.frequencies_hz[:, None]
+        return self.record.series(values / turn ** integrals)
 
     def levels(self, kept):
         """Return a row of 1, and the slow power of every input, in rows that are kept, (.., n)."""

@@ -49,10 +49,10 @@ class RecordSpectra:
         return np.einsum('kii->ki', np.linalg.inv(self.inverse)).real
 
     def series(self, values):
-        """Return the time series of a spectrum (k,), shape (n,), scaled by no taper."""
-        full = np.zeros(self.rows // 2 + 1, complex)
+        """Return the time series of spectra (k, ...), shape (n, ...), scaled by no taper."""
+        full = np.zeros((self.rows // 2 + 1, *values.shape[1:]), complex)
         full[self.first:self.first + len(values)] = values
-        return np.fft.irfft(full, self.rows)
+        return np.fft.irfft(full, self.rows, axis=0)
 
     def spectrum(self, series):
         """Return the spectrum of a time series (n,) in the bins, shape (k,)."""
