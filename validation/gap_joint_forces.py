@@ -23,7 +23,7 @@ from ssi_ros.gap.detectors.input_reconstruction import reconstruct
 from ssi_ros.gap.nominal.simulator import Simulator
 from ssi_ros.gap.settings import DiagnosisSettings
 from ssi_ros.gap.spectra.segmentation import make_frame
-from ssi_ros.model.excitation import Varying
+from ssi_ros.model.excitation import total_covariance, Varying
 from ssi_ros.records import Samples
 
 from validation.report import table
@@ -54,7 +54,7 @@ def linear(model, seconds, seed, depths=(0.0, 0.0)):
 def nonlinear(model, seconds, rng, law):
     """Return the Samples of a model with a law between two of its points."""
     system = inject(model, [], seconds).system
-    covariance = covariance_of(system)
+    covariance = total_covariance(system.excitation, system.rate_hz, system.inputs)
     rows = int((seconds + SETTLING_S) * system.rate_hz)
     state, acceleration = integrated(system, rng.multivariate_normal(
         np.zeros(len(covariance)), covariance, rows), law)
@@ -70,11 +70,6 @@ def nonlinear(model, seconds, rng, law):
 def with_levels(model):
     """Return a model each of whose forces has a level of its own."""
     return replace(model, drives=tuple(replace(d, group='') for d in model.drives))
-
-
-def covariance_of(system):
-    """Return the covariance of a sample of the inputs, (m, m)."""
-    return sum(p.covariance(system.rate_hz, system.inputs) for p in system.excitation)
 
 
 def integrated(system, forces, law):
@@ -104,7 +99,8 @@ def storey(model, shape):
     row = np.zeros(len(system.dofs))
     row[[system.dofs.index(n) for n in STOREY]] = -1.0, 1.0
     state, _ = integrated(system, np.random.default_rng(1).multivariate_normal(
-        np.zeros(len(system.inputs)), covariance_of(system), 4000), None)
+        np.zeros(len(system.inputs)), total_covariance(
+            system.excitation, system.rate_hz, system.inputs), 4000), None)
     drift, speed = ((part @ row).std() for part in np.hsplit(state, 2))
     force = 1 / (row @ np.linalg.solve(system.stiffness, row)) * drift
     return row, lambda x, v: force * shape(x / drift, v / speed)

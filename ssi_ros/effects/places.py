@@ -73,10 +73,10 @@ def places(cls, model):
     """Yield the words of an effect for every place on a model, as dicts."""
     words = cls.words()
     if {'freedom', 'to'} <= {f.name for f in words}:
-        from ssi_ros.effects.points import held_between
+        from ssi_ros.effects.points import held_pairs
         # friction and play bind what would drift apart without a spring
-        yield from ({'freedom': a, 'to': b} for a, b in pairs(model)
-                    if not cls.nonlinear or held_between(model, a, b))
+        yield from ({'freedom': a, 'to': b}
+                    for a, b in (held_pairs if cls.nonlinear else pairs)(model))
         return
     found = list(product(*(_choices(cls, f, model) for f in words)))
     for choice in found:

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.linalg import eigh
 
 from ssi_ros.effects.edits import add_part
-from ssi_ros.effects.places import GROUND
+from ssi_ros.effects.places import GROUND, pairs
 from ssi_ros.model.excitation import FixedWhite, source, total_covariance, White
 from ssi_ros.model.joints import distance_rows, JointLaw
 from ssi_ros.model.linear_model import assemble_model
@@ -175,6 +175,11 @@ def held_between(model, freedom, to):
     """Return whether springs hold two points of a model together, as those of one free body."""
     system = assemble_model(model)
     return is_held(system, _row_on(model, system, freedom, to))
+
+
+def held_pairs(model):
+    """Return those of the pairs that are searched which springs hold together."""
+    return [pair for pair in pairs(model) if held_between(model, *pair)]
 
 
 @lru_cache(maxsize=256)

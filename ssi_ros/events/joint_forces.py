@@ -5,8 +5,8 @@ import numpy as np
 
 from ssi_ros.effects import effect_class, ModalPattern
 from ssi_ros.effects.base import Site
-from ssi_ros.effects.places import offered, pairs
-from ssi_ros.effects.points import held_between, row_between
+from ssi_ros.effects.places import offered
+from ssi_ros.effects.points import held_pairs, row_between
 from ssi_ros.effects.statistical_linearisation import linearise
 from ssi_ros.gap.comparison import Detection
 from ssi_ros.open_set.force_between import FAMILIES, findings_between, forces_between
@@ -55,8 +55,7 @@ def joint_forces(simulator, fitted, inputs, channels, asked=FAMILIES):
             has_joints(model) and is_linear_side(simulator)) or not all(
             is_linear_and_steady(n) or effect_class(n).nonlinear for n in fitted.candidate.names):
         return ()
-    held = [pair for pair in pairs(model) if held_between(model, *pair)]
-    if not held:
+    if not (held := held_pairs(model)):
         return ()
     kept = np.zeros(inputs.rows)
     kept[inputs.recorded] = 1 / (inputs.taper * np.sqrt(inputs.rows))[inputs.recorded]

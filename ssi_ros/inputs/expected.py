@@ -11,6 +11,7 @@ import numpy as np
 
 from ssi_ros.gap.spectra.expected_periodogram import (
     autocovariance, Expected, steady, transform)
+from ssi_ros.model.spectrum import gains_of
 from ssi_ros.model.statespace import powers_of
 
 
@@ -159,15 +160,6 @@ def sampled_of(setup):
     for row, column in setup.lags:
         sampled = sampled.with_lag(row, column)
     return sampled
-
-
-def gains_of(system):
-    """Return what the stages of a chain make of the channels, (l, l)."""
-    count = len(system.channels)
-    found = np.eye(count)
-    for stage in system.chain:
-        found = stage.response(np.zeros(1), count)[0] @ found
-    return found
 
 
 def _reading(setup, frame):

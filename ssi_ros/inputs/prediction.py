@@ -4,9 +4,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ssi_ros.effects.simulate import MARGIN, simulate_setup
-from ssi_ros.inputs.expected import gains_of, sampled_of
+from ssi_ros.inputs.expected import sampled_of
 from ssi_ros.model.excitation import columns, source, total_covariance, White
 from ssi_ros.model.sensors import Mix
+from ssi_ros.model.spectrum import gains_of
 
 SETTLED = 8.0           # time constants after which a mode has forgotten how it began
 CHUNK = 4000            # rows that enter the normal equations at once

@@ -40,3 +40,12 @@ def output_spectrum(system, frequencies_hz, rate_hz=None, excitation=None):
         noise = noise + stage.noise_covariance(count)
     outputs = response @ covariance @ np.conj(np.swapaxes(response, 1, 2))
     return (outputs + noise) / rate_hz
+
+
+def gains_of(system):
+    """Return what the stages of a chain make of the channels, (l, l)."""
+    count = len(system.channels)
+    found = np.eye(count)
+    for stage in system.chain:
+        found = stage.response(np.zeros(1), count)[0] @ found
+    return found

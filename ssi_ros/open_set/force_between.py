@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.fft import rfft
 
+from ssi_ros.model.spectrum import gains_of
 from ssi_ros.open_set.families import Finding
 from ssi_ros.scipy_later import uniform_filter1d
 from ssi_ros.tails import norm
@@ -129,16 +130,13 @@ def _adjoint(system, record, basis, shares):
 def _of_bins(systems, record, bins, shares):
     """Return inputs, motion, force and its power, of an _Adjoint, in a slice of the bins."""
     (system, moved, pushed), adjoint = systems, record.adjoint[bins]
-    f, count = record.frequencies_hz[bins], len(system.channels)
-    through = np.eye(count)[None]
-    for stage in system.chain:
-        through = stage.response(f, count) @ through
-    heard, reach = through @ system.transfer(f, record.rate_hz), through @ pushed.transfer(f)
+    f, gains = record.frequencies_hz[bins], gains_of(system)
+    heard, reach = gains @ system.transfer(f, record.rate_hz), gains @ pushed.transfer(f)
     inputs = np.einsum('klm,kl->km', heard.conj(), adjoint) @ record.covariance.T
     white = np.linalg.cholesky(record.inverse[bins]).conj().swapaxes(-1, -2) @ reach
     return (inputs, np.einsum('kbm,km->kb', moved.transfer(f, record.rate_hz), inputs),
             np.einsum('klb,kl->kb', reach.conj(), adjoint),
-            sum(np.abs(white[:, i] @ shares.T) ** 2 for i in range(count)))
+            sum(np.abs(white[:, i] @ shares.T) ** 2 for i in range(white.shape[1])))
 
 
 def findings_between(z, pairs):

@@ -14,6 +14,7 @@ from ssi_ros.gap.candidate import Candidate
 from ssi_ros.hermitian import real_vectors, white_vectors
 from ssi_ros.model.disturbances import Chirp, Nutation, Sine
 from ssi_ros.model.excitation import layers, source, Varying, White
+from ssi_ros.model.spectrum import gains_of
 from ssi_ros.model.statespace import powers_of, settling, stationary_divisor
 from ssi_ros.model.structure import numbers_with_errors
 from ssi_ros.model.tangent import tangent
@@ -221,8 +222,7 @@ def _outputs(setup, frame):
     if any(setup.delays_s) or setup.corners_hz:
         stretch = setup.system.rate_hz / frame.rate_hz
         out = setup.reading(frame.frequencies_hz * stretch)[:, :, None] * out
-    for stage in setup.system.chain:
-        out = stage.response(np.zeros(1), count) @ out
+    out = gains_of(setup.system) @ out
     return lateness(setup.late, frame.cycles)[:, :, None] * out if setup.late else out
 
 
